@@ -1,0 +1,31 @@
+//! The pot on its wheel: radius grids, the wheel's angle, and the methods that deform the clay.
+//!
+//! Knows no network and no device. A pot is a set of [`Surface`]s; how many is known in here only.
+//! Invariant: every radius is finite and within its surface's bounds after every sub-step.
+
+mod contact;
+mod digest;
+mod grid;
+mod improved;
+mod method;
+mod original;
+mod pot;
+mod schedule;
+mod solid;
+mod substep;
+mod surface;
+mod wheel;
+mod window;
+
+pub use digest::Digest;
+pub use grid::{GridError, GridShape};
+pub use improved::ImprovedCsem;
+pub use method::{Contact, Material, Method, MethodKind};
+pub use original::OriginalCsem;
+pub use pot::{Pot, PotError, PotSpec, Skin};
+pub use schedule::Schedule;
+pub use solid::{Triangle, closed_solid};
+pub use substep::{Press, SubStep};
+pub use surface::Surface;
+pub use wheel::{Phase, Wheel};
+pub use window::{Footprint, Window};

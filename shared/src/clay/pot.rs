@@ -1,0 +1,162 @@
+//! The pot: its surfaces and its wall.
+//!
+//! The only place that knows how many surfaces a pot has (today the outer one) and how the inner wall follows.
+//! Invariant: a pot made from the same specification is the same, bit for bit.
+
+use alloc::vec::Vec;
+
+use super::{Digest, GridError, GridShape, Surface, Window};
+use crate::units::Metres;
+
+/// What a pot is made from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PotSpec {
+    /// Elements of each surface.
+    pub shape: GridShape,
+    /// Height.
+    pub height: Metres,
+    /// Outer radius of the untouched cylinder.
+    pub radius: Metres,
+    /// Thickness of wall and bottom.
+    pub wall: Metres,
+}
+
+/// Why a pot cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PotError {
+    /// The grid does not fit; choose another.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A measure is not a number or out of range; choose one within it.
+    #[error("a pot {field} of {value_mm} mm cannot be used: choose one from {min_mm} to {max_mm} mm")]
+    Measure {
+        /// Which measure.
+        field: &'static str,
+        /// What was asked for, mm.
+        value_mm: f32,
+        /// Smallest allowed, mm.
+        min_mm: f32,
+        /// Largest allowed, mm.
+        max_mm: f32,
+    },
+}
+
+impl Default for PotSpec {
+    /// The paper's 360 × 400 elements on a cylinder of 60 mm radius, 200 mm height and 8 mm wall.
+    fn default() -> Self {
+        Self {
+            shape: GridShape::PAPER,
+            height: Metres::from_mm(200.0),
+            radius: Metres::from_mm(60.0),
+            wall: Metres::from_mm(8.0),
+        }
+    }
+}
+
+impl PotSpec {
+    /// Largest radius any pot may reach.
+    pub const RADIUS_MAX: Metres = Metres::from_mm(200.0);
+
+    /// Checks every measure.
+    ///
+    /// # Errors
+    /// [`PotError::Measure`] naming the first measure out of range.
+    pub fn check(&self) -> Result<(), PotError> {
+        let within = |field, value: Metres, min_mm, max_mm| {
+            if value.as_mm() >= min_mm && value.as_mm() <= max_mm {
+                Ok(())
+            } else {
+                Err(PotError::Measure { field, value_mm: value.as_mm(), min_mm, max_mm })
+            }
+        };
+        within("height", self.height, 20.0, 600.0)?;
+        within("radius", self.radius, 10.0, 150.0)?;
+        within("wall", self.wall, 1.0, self.radius.as_mm() * 0.5)
+    }
+}
+
+/// A face of the pot that can be seen: which surface it follows and how far inside it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skin {
+    /// Number of the surface whose radii it takes.
+    pub surface: usize,
+    /// Subtracted from the surface's radius, m.
+    pub inset_m: f32,
+    /// Whether the face looks away from the axis.
+    pub faces_outwards: bool,
+}
+
+/// Clay on a wheel: surfaces over one height, with a wall between outside and inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pot {
+    spec: PotSpec,
+    surfaces: Vec<Surface>,
+}
+
+impl Pot {
+    /// Thinnest column of clay, as a share of the first radius: the original's 3 of 20 units.
+    const RADIUS_MIN_SHARE: f32 = 3.0 / 20.0;
+
+    /// An untouched cylinder.
+    ///
+    /// # Errors
+    /// [`PotError::Measure`] when a measure of the specification is out of range.
+    pub fn new(spec: PotSpec) -> Result<Self, PotError> {
+        spec.check()?;
+        // the inner wall needs room beside the axis
+        let radius_min_m = (spec.radius.0 * Self::RADIUS_MIN_SHARE).max(spec.wall.0 * 1.25).min(spec.radius.0);
+        let outer =
+            Surface::cylinder(spec.shape, spec.height.0, spec.radius.0, (radius_min_m, PotSpec::RADIUS_MAX.0));
+        Ok(Self { spec, surfaces: alloc::vec![outer] })
+    }
+
+    /// What it was made from.
+    #[must_use]
+    pub const fn spec(&self) -> &PotSpec {
+        &self.spec
+    }
+
+    /// Its surfaces.
+    #[must_use]
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// Its surfaces, to be changed.
+    pub fn surfaces_mut(&mut self) -> &mut [Surface] {
+        &mut self.surfaces
+    }
+
+    /// The faces to draw and to build solids from, the outermost first.
+    #[must_use]
+    pub fn skins(&self) -> [Skin; 2] {
+        [
+            Skin { surface: 0, inset_m: 0.0, faces_outwards: true },
+            Skin { surface: 0, inset_m: self.spec.wall.0, faces_outwards: false },
+        ]
+    }
+
+    /// Volume within the outermost surface, m³.
+    #[must_use]
+    pub fn enclosed_volume_m3(&self) -> f64 {
+        self.surfaces[0].enclosed_volume_m3()
+    }
+
+    /// Takes the radii of a window of one surface over from a pot of the same specification.
+    ///
+    /// # Panics
+    /// When the pots differ in shape or there is no such surface.
+    pub fn copy_window(&mut self, from: &Self, surface: usize, window: Window) {
+        self.surfaces[surface].copy_window(&from.surfaces[surface], window);
+    }
+
+    /// Digest of every radius, bit for bit.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        for surface in &self.surfaces {
+            surface.digest_into(&mut digest);
+        }
+        digest.finish()
+    }
+}

@@ -1,0 +1,67 @@
+//! The pot as a closed solid of triangles.
+//!
+//! Owns the topology (outer wall, rim, inner wall, floor, underside); file formats are elsewhere.
+//! Invariant: every edge belongs to exactly two triangles that pass it in opposite directions.
+
+use alloc::vec::Vec;
+
+use glam::Vec3;
+
+use super::Pot;
+
+/// A triangle with its corners counter-clockwise as seen from outside, m.
+pub type Triangle = [Vec3; 3];
+
+/// The pot as triangles that enclose its clay: outer wall, rim, inner wall, floor and underside.
+///
+/// `stride` keeps every n-th column and row (the last row always); 1 keeps all.
+/// The floor lies one wall thickness above the wheel head, on the first kept row at or above it.
+///
+/// # Panics
+/// When `stride` is zero.
+#[must_use]
+pub fn closed_solid(pot: &Pot, stride: u32) -> Vec<Triangle> {
+    assert!(stride > 0);
+    let [outer, inner] = pot.skins();
+    let surface = &pot.surfaces()[outer.surface];
+    let shape = surface.shape();
+    let columns: Vec<u32> = (0..shape.columns()).step_by(stride as usize).collect();
+    let mut rows: Vec<u32> = (0..shape.rows()).step_by(stride as usize).collect();
+    if rows.last() != Some(&(shape.rows() - 1)) {
+        rows.push(shape.rows() - 1);
+    }
+    let floor_m = pot.spec().wall.0;
+    let floor = rows.iter().position(|&row| surface.row_z_m(row) >= floor_m).unwrap_or(0).clamp(1, rows.len() - 1);
+
+    let point = |skin: super::Skin, column: u32, row: u32| {
+        let (sin, cos) = libm::sincosf(column as f32 * shape.column_angle_rad());
+        let radius = pot.surfaces()[skin.surface].column_m(column)[row as usize] - skin.inset_m;
+        Vec3::new(radius * cos, radius * sin, surface.row_z_m(row))
+    };
+    let mut triangles = Vec::with_capacity(columns.len() * rows.len() * 4);
+    let mut quad = |corners: [Vec3; 4]| {
+        let [a, b, c, d] = corners;
+        triangles.push([a, b, c]);
+        triangles.push([a, c, d]);
+    };
+    let top = rows[rows.len() - 1];
+    for (at, &left) in columns.iter().enumerate() {
+        let right = columns[(at + 1) % columns.len()];
+        for pair in rows.windows(2) {
+            let (low, high) = (pair[0], pair[1]);
+            quad([point(outer, left, low), point(outer, right, low), point(outer, right, high), point(outer, left, high)]);
+        }
+        for pair in rows[floor..].windows(2) {
+            let (low, high) = (pair[0], pair[1]);
+            quad([point(inner, right, low), point(inner, left, low), point(inner, left, high), point(inner, right, high)]);
+        }
+        quad([point(outer, left, top), point(outer, right, top), point(inner, right, top), point(inner, left, top)]);
+    }
+    let floor_centre = Vec3::new(0.0, 0.0, surface.row_z_m(rows[floor]));
+    for (at, &left) in columns.iter().enumerate() {
+        let right = columns[(at + 1) % columns.len()];
+        triangles.push([floor_centre, point(inner, left, rows[floor]), point(inner, right, rows[floor])]);
+        triangles.push([Vec3::ZERO, point(outer, right, 0), point(outer, left, 0)]);
+    }
+    triangles
+}

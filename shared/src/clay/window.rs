@@ -1,0 +1,155 @@
+//! The part of a grid that a press touches, and the displacement it asks for there.
+//!
+//! Owns the wrap at θ = 0: a window may start before the seam and end behind it.
+//! Invariant: a window lies within its grid, and no column of the grid stands in it twice.
+
+use alloc::vec::Vec;
+
+use super::GridShape;
+
+/// A rectangle of elements; columns wrap round the pot, rows do not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Window {
+    /// First column, in `0..shape.columns()`.
+    pub first_column: u32,
+    /// Number of columns, at most the whole ring.
+    pub columns: u32,
+    /// First row.
+    pub first_row: u32,
+    /// Number of rows.
+    pub rows: u32,
+}
+
+impl Window {
+    /// The window from `column - half_columns` to `column + half_columns` and over rows `first_row..=last_row`,
+    /// clipped to the grid; empty when no row lies within.
+    #[must_use]
+    pub fn around(shape: GridShape, column: i64, half_columns: u32, first_row: i64, last_row: i64) -> Self {
+        let first_row = first_row.max(0);
+        let last_row = last_row.min(i64::from(shape.rows()) - 1);
+        if last_row < first_row {
+            return Self::default();
+        }
+        let rows = (last_row - first_row + 1) as u32;
+        let columns = half_columns.saturating_mul(2).saturating_add(1);
+        let (first_column, columns) = if columns >= shape.columns() {
+            (0, shape.columns())
+        } else {
+            (shape.wrap(column - i64::from(half_columns)), columns)
+        };
+        Self { first_column, columns, first_row: first_row as u32, rows }
+    }
+
+    /// This window grown by `columns` on both sides and `rows` above and below, clipped to the grid.
+    #[must_use]
+    pub fn grown(self, shape: GridShape, columns: u32, rows: u32) -> Self {
+        if self.is_empty() {
+            return self;
+        }
+        let first_row = self.first_row.saturating_sub(rows);
+        let end_row = (self.first_row + self.rows + rows).min(shape.rows());
+        let wide = self.columns + 2 * columns;
+        let (first_column, wide) = if wide >= shape.columns() {
+            (0, shape.columns())
+        } else {
+            (shape.wrap(i64::from(self.first_column) - i64::from(columns)), wide)
+        };
+        Self { first_column, columns: wide, first_row, rows: end_row - first_row }
+    }
+
+    /// Whether the window holds no element.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.columns == 0 || self.rows == 0
+    }
+
+    /// Number of elements in the window.
+    #[must_use]
+    pub const fn elements(self) -> usize {
+        self.columns as usize * self.rows as usize
+    }
+
+    /// The grid's columns that the window covers, in order round the pot.
+    pub fn grid_columns(self, shape: GridShape) -> impl Iterator<Item = u32> + Clone {
+        (0..self.columns).map(move |local| shape.wrap(i64::from(self.first_column) + i64::from(local)))
+    }
+
+    /// The window's own number of a grid column, when the window covers it.
+    #[must_use]
+    pub fn local_column(self, shape: GridShape, column: u32) -> Option<u32> {
+        let local = shape.wrap(i64::from(column) - i64::from(self.first_column));
+        (local < self.columns).then_some(local)
+    }
+}
+
+/// What one press asks of the clay: a change of radius for every element of its window.
+#[derive(Clone, Debug, Default)]
+pub struct Footprint {
+    window: Window,
+    /// `[window.columns][window.rows]`, m; negative pushes towards the axis.
+    delta_m: Vec<f32>,
+    pub(super) scratch: Scratch,
+}
+
+/// What a method needs between its passes, kept so that no step allocates.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    pub(super) boundary: Vec<Boundary>,
+    pub(super) row_kernel: Vec<f32>,
+}
+
+/// A touched element beside an untouched one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Boundary {
+    pub(super) local_column: u32,
+    pub(super) row: u32,
+    /// This step's push, m.
+    pub(super) push_m: f32,
+    /// Radius of the element, m.
+    pub(super) radius_m: f32,
+}
+
+impl Footprint {
+    /// A footprint that will hold any window of `shape` without allocating again.
+    #[must_use]
+    pub fn for_grid(shape: GridShape) -> Self {
+        let elements = shape.elements();
+        let scratch = Scratch {
+            boundary: Vec::with_capacity(elements / 8),
+            row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
+        };
+        Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }
+    }
+
+    /// Empties the footprint and lays it over `window`, all displacements zero.
+    pub fn reset(&mut self, window: Window) {
+        self.window = window;
+        self.delta_m.clear();
+        self.delta_m.resize(window.elements(), 0.0);
+    }
+
+    /// The elements it covers.
+    #[must_use]
+    pub const fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Displacements of the window's column `local`, foot to rim, m.
+    ///
+    /// # Panics
+    /// When the window has no such column.
+    #[must_use]
+    pub fn column(&self, local: u32) -> &[f32] {
+        let rows = self.window.rows as usize;
+        &self.delta_m[local as usize * rows..][..rows]
+    }
+
+    /// The same, to be written.
+    ///
+    /// # Panics
+    /// When the window has no such column.
+    pub fn column_mut(&mut self, local: u32) -> &mut [f32] {
+        let rows = self.window.rows as usize;
+        &mut self.delta_m[local as usize * rows..][..rows]
+    }
+}

@@ -1,0 +1,86 @@
+//! Newtypes for the quantities that a bare number could be mistaken for.
+//!
+//! SI throughout: metres, seconds, newtons. Millimetres appear only in files and on the screen.
+//! Invariant: no conversion factor between units stands anywhere else in the core.
+
+use core::fmt;
+
+/// One sub-step of the authoritative timeline, counted from the opening of the room.
+///
+/// A tick lasts [`Tick::PERIOD`]. Client and server speak of the same tick when they write the same number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tick(pub u64);
+
+impl Tick {
+    /// Ticks in one second.
+    pub const PER_SECOND: u64 = 1000;
+    /// Length of one tick.
+    pub const PERIOD: Seconds = Seconds(1.0 / Self::PER_SECOND as f32);
+
+    /// The tick that follows this one.
+    ///
+    /// ```
+    /// use pottery_shared::units::Tick;
+    /// assert_eq!(Tick(7).next(), Tick(8));
+    /// ```
+    #[must_use]
+    pub const fn next(self) -> Self {
+        Self(self.0 + 1)
+    }
+
+    /// This tick moved by a signed number of ticks; stops at zero.
+    #[must_use]
+    pub const fn offset(self, ticks: i64) -> Self {
+        Self(self.0.saturating_add_signed(ticks))
+    }
+
+    /// Signed number of ticks from `earlier` to this one.
+    #[must_use]
+    pub const fn since(self, earlier: Self) -> i64 {
+        self.0.wrapping_sub(earlier.0) as i64
+    }
+}
+
+impl fmt::Display for Tick {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tick {}", self.0)
+    }
+}
+
+/// A length in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Metres(pub f32);
+
+impl Metres {
+    /// A length given in millimetres, as files and people give it.
+    #[must_use]
+    pub const fn from_mm(mm: f32) -> Self {
+        Self(mm * 1e-3)
+    }
+
+    /// The length in millimetres, as files and people want it.
+    #[must_use]
+    pub const fn as_mm(self) -> f32 {
+        self.0 * 1e3
+    }
+}
+
+/// A duration in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Seconds(pub f32);
+
+/// A force in newtons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Newtons(pub f32);
+
+/// A spring constant in newtons per metre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Stiffness(pub f32);
+
+/// A damping constant in newton-seconds per metre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Damping(pub f32);
+
+/// Turning speed in turns a minute, positive when the wheel turns from x towards y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Rpm(pub f32);
