@@ -1,1 +1,1 @@
-//! Placeholder while the dependencies build.
+//! Scenarios, network simulator and golden data of the pottery studio.

@@ -49,11 +49,21 @@ pub fn closed_solid(pot: &Pot, stride: u32) -> Vec<Triangle> {
         let right = columns[(at + 1) % columns.len()];
         for pair in rows.windows(2) {
             let (low, high) = (pair[0], pair[1]);
-            quad([point(outer, left, low), point(outer, right, low), point(outer, right, high), point(outer, left, high)]);
+            quad([
+                point(outer, left, low),
+                point(outer, right, low),
+                point(outer, right, high),
+                point(outer, left, high),
+            ]);
         }
         for pair in rows[floor..].windows(2) {
             let (low, high) = (pair[0], pair[1]);
-            quad([point(inner, right, low), point(inner, left, low), point(inner, left, high), point(inner, right, high)]);
+            quad([
+                point(inner, right, low),
+                point(inner, left, low),
+                point(inner, left, high),
+                point(inner, right, high),
+            ]);
         }
         quad([point(outer, left, top), point(outer, right, top), point(inner, right, top), point(inner, left, top)]);
     }
