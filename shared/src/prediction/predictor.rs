@@ -30,6 +30,7 @@ pub struct Predictor {
     substep: SubStep,
     pending: VecDeque<Pending>,
     next_sequence: u32,
+    last_tick: Option<Tick>,
     /// Tiles in which the field may differ from the confirmed clay.
     ahead: Touched,
 }
@@ -50,6 +51,7 @@ impl Predictor {
             substep: SubStep::for_grid(shape),
             pending: VecDeque::with_capacity(Self::PENDING_MAX),
             next_sequence: 0,
+            last_tick: None,
             ahead,
         }
     }
@@ -66,15 +68,16 @@ impl Predictor {
         &self.pending
     }
 
-    /// Whether another sample can be kept.
+    /// Whether a sample can be taken in: it must be later than the last one, and there must be room.
     #[must_use]
-    pub fn has_room(&self) -> bool {
-        self.pending.len() < Self::PENDING_MAX
+    pub fn can_take(&self, sample: &ToolSample) -> bool {
+        self.pending.len() < Self::PENDING_MAX && self.last_tick.is_none_or(|last| sample.tick > last)
     }
 
     /// Takes in one of the client's own samples, presses it and adds the tiles it changes to `changed`.
     pub fn handle_sample(&mut self, sample: ToolSample, conditions: &Conditions, changed: &mut Touched) {
-        debug_assert!(self.has_room());
+        debug_assert!(self.can_take(&sample));
+        self.last_tick = Some(sample.tick);
         self.pending.push_back(Pending { sequence: self.next_sequence, sample });
         self.next_sequence = self.next_sequence.wrapping_add(1);
         self.field.press(&sample, conditions, &mut self.substep, Some(&mut self.ahead));

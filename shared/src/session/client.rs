@@ -211,13 +211,14 @@ impl Client {
         self.changed.clear();
     }
 
-    /// Takes in one of the client's own samples; false when too many are unacknowledged and it was dropped.
+    /// Takes in one of the client's own samples; false when it was dropped, since it is not later than the last one
+    /// or too many are unacknowledged.
     pub fn handle_sample(&mut self, sample: ToolSample) -> bool {
-        let has_room = self.predictor.has_room();
-        if has_room {
+        let can_take = self.predictor.can_take(&sample);
+        if can_take {
             self.predictor.handle_sample(sample, &self.conditions, &mut self.changed);
         }
-        has_room
+        can_take
     }
 
     /// Takes in a control frame.
