@@ -98,6 +98,8 @@ impl Predictor {
         news: &Touched,
         changed: &mut Touched,
     ) -> Option<Metres> {
+        // the author has rounded up to here, so the prediction is compared rounded up to here
+        self.field.advance(at);
         let own = self.ahead.clone();
         let mut dirty = own.clone();
         dirty.add_all(news);
