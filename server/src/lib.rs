@@ -1,1 +1,16 @@
-//! Placeholder while the dependencies build.
+//! The authoritative pottery server: a thin QUIC shell round the room.
+//!
+//! Owns sockets, time and tasks; every decision about clay and people is `pottery_shared::room`'s.
+//! Invariant: a peer that is slow, gone or hostile costs its own connection, never the tick.
+
+mod certificate;
+mod config;
+mod connection;
+mod server;
+mod ticking;
+mod transport;
+
+pub use certificate::Certificate;
+pub use config::{ConfigError, FileConfig, ServerConfig};
+pub use server::{Server, ServerError, Standing};
+pub use transport::{bind, endpoint, server_config};

@@ -11,4 +11,4 @@ mod predictor;
 
 pub use field::Field;
 pub use hand::{Hand, Patch};
-pub use predictor::{Pending, Predictor};
+pub use predictor::{Correction, Pending, Predictor};

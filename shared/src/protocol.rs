@@ -8,9 +8,11 @@
 //! datagram, a control frame (two bytes of length, little-endian, before each) or a whole stream (keyframes). Grid
 //! contents are the snapshot codec's own bytes. Changing anything here means raising [`VERSION`].
 
+mod code;
 mod frame;
 mod messages;
 
+pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
     Body, Fragment, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Run,

@@ -140,8 +140,8 @@ impl World {
                 outgoing.extend(std::iter::from_fn(|| client.poll_datagram(time)));
             }
             while let Some(event) = client.poll_event() {
-                if let ClientEvent::Confirmed { correction: Some(correction) } = event {
-                    self.corrections_um.push(correction.0 * 1e6);
+                if let ClientEvent::Confirmed(correction) = event {
+                    self.corrections_um.extend(correction.under_own_tool.map(|metres| metres.0 * 1e6));
                 }
             }
             let frames: Vec<_> = std::iter::from_fn(|| client.poll_control()).collect();

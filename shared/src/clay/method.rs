@@ -87,6 +87,16 @@ impl MethodKind {
         }
     }
 
+    /// The method of a name, as people write it.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "original" => Some(Self::Original),
+            "improved" => Some(Self::Improved),
+            _ => None,
+        }
+    }
+
     /// The method of a number; the default one for a number that means nothing here.
     #[must_use]
     pub const fn from_number(number: u8) -> Self {

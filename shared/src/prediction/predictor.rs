@@ -21,6 +21,16 @@ pub struct Pending {
     pub sample: ToolSample,
 }
 
+/// By how much the prediction changed when clay was confirmed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Correction {
+    /// Largest change in tiles that own unacknowledged samples had touched: what the hand may feel. `None` when there
+    /// were no such tiles.
+    pub under_own_tool: Option<Metres>,
+    /// Largest change anywhere, what others did included.
+    pub anywhere: Metres,
+}
+
 /// Keeps the predicted clay of one client.
 #[derive(Debug)]
 pub struct Predictor {
@@ -87,8 +97,7 @@ impl Predictor {
     /// Takes in confirmed clay that holds every own sample below `acknowledged`, and replays the rest on it.
     ///
     /// `news` are the tiles in which the replica changed; every tile that may look different afterwards is added to
-    /// `changed`. Returns the largest correction in tiles that own unacknowledged samples have touched: what the hand
-    /// may feel. `None` when there were none.
+    /// `changed`.
     pub fn handle_confirmed(
         &mut self,
         replica: &Replica,
@@ -97,7 +106,7 @@ impl Predictor {
         conditions: &Conditions,
         news: &Touched,
         changed: &mut Touched,
-    ) -> Option<Metres> {
+    ) -> Correction {
         // the author has rounded up to here, so the prediction is compared rounded up to here
         self.field.advance(at);
         let own = self.ahead.clone();
@@ -119,7 +128,10 @@ impl Predictor {
         self.field.advance(through);
         changed.add_all(&dirty);
         changed.add_all(&self.ahead);
-        (!own.is_empty()).then(|| self.largest_difference(&own))
+        Correction {
+            under_own_tool: (!own.is_empty()).then(|| self.largest_difference(&own)),
+            anywhere: self.largest_difference(&dirty),
+        }
     }
 
     fn largest_difference(&self, tiles: &Touched) -> Metres {

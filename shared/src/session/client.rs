@@ -12,7 +12,7 @@ use super::assembly::Assembly;
 use super::lead::Lead;
 use super::runs;
 use crate::clay::{Conditions, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Schedule, Wheel};
-use crate::prediction::{Patch, Predictor};
+use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
 use crate::snapshot::{Replica, SnapshotError, Touched, Version};
 use crate::tool::{Position, Sphere, ToolSample};
@@ -35,11 +35,8 @@ pub enum ClientError {
 /// What the caller may want to know.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientEvent {
-    /// The clay was confirmed; by how much the prediction under own tools had to be corrected, if there was any.
-    Confirmed {
-        /// Largest correction.
-        correction: Option<Metres>,
-    },
+    /// The clay was confirmed, and the prediction corrected by so much.
+    Confirmed(Correction),
     /// The wheel's or the clay's settings changed.
     Conditions,
     /// The server stops.
@@ -333,7 +330,7 @@ impl Client {
             news,
             &mut self.changed,
         );
-        self.events.push_back(ClientEvent::Confirmed { correction });
+        self.events.push_back(ClientEvent::Confirmed(correction));
     }
 
     /// Asks the server for something.

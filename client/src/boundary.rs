@@ -1,0 +1,151 @@
+//! The boundary between the 1 kHz thread and everything else.
+//!
+//! A ring of samples out, a triple buffer of clay in, and a handful of atomics: nobody ever waits for the other side.
+//! Invariant: no type of this module that the 1 kHz thread touches takes a lock or allocates.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
+
+use pottery_shared::haptics::Fault;
+use pottery_shared::prediction::Patch;
+use pottery_shared::tool::ToolSample;
+
+/// Samples the ring holds: the network may stall for four seconds.
+const RING_SAMPLES: usize = 4096;
+
+/// What both sides may read at any time; each field is written by one side only.
+#[derive(Debug, Default)]
+pub struct Status {
+    /// What to add to a local tick to get the tick to stamp; written by the network's side.
+    tick_offset: AtomicI64,
+    /// The hand is to end; written by the owner.
+    stop: AtomicBool,
+    /// The tool is to be lifted; written by the owner.
+    lifted: AtomicBool,
+    /// Force on the hand, N, as bits; written by the 1 kHz thread, as all that follows.
+    force_n: AtomicU32,
+    elements: AtomicU32,
+    fault: AtomicU32,
+    ticks: AtomicU64,
+    late_ticks: AtomicU64,
+    lost_samples: AtomicU64,
+}
+
+impl Status {
+    /// What to add to a local tick to get the tick to stamp.
+    #[must_use]
+    pub fn tick_offset(&self) -> i64 {
+        self.tick_offset.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn set_tick_offset(&self, offset: i64) {
+        self.tick_offset.store(offset, Ordering::Relaxed);
+    }
+
+    pub(crate) fn should_stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    pub(crate) fn is_lifted(&self) -> bool {
+        self.lifted.load(Ordering::Relaxed)
+    }
+
+    /// Lifts the tool off the clay, or lets it down again.
+    pub fn lift(&self, lifted: bool) {
+        self.lifted.store(lifted, Ordering::Relaxed);
+    }
+
+    pub(crate) fn note_tick(&self, force_n: f32, elements: u32, fault: Option<Fault>) {
+        self.force_n.store(force_n.to_bits(), Ordering::Relaxed);
+        self.elements.store(elements, Ordering::Relaxed);
+        let fault = match fault {
+            None => 0,
+            Some(Fault::Position) => 1,
+            Some(Fault::Jump) => 2,
+            Some(Fault::Force) => 3,
+        };
+        self.fault.store(fault, Ordering::Relaxed);
+        self.ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn note_late(&self) {
+        self.late_ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn note_lost_sample(&self) {
+        self.lost_samples.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Force on the hand, N.
+    #[must_use]
+    pub fn force_n(&self) -> f32 {
+        f32::from_bits(self.force_n.load(Ordering::Relaxed))
+    }
+
+    /// Elements of clay in contact.
+    #[must_use]
+    pub fn elements(&self) -> u32 {
+        self.elements.load(Ordering::Relaxed)
+    }
+
+    /// The fault that keeps the force off.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        match self.fault.load(Ordering::Relaxed) {
+            0 => None,
+            1 => Some(Fault::Position),
+            2 => Some(Fault::Jump),
+            _ => Some(Fault::Force),
+        }
+    }
+
+    /// Ticks done.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks.load(Ordering::Relaxed)
+    }
+
+    /// Ticks that began late.
+    #[must_use]
+    pub fn late_ticks(&self) -> u64 {
+        self.late_ticks.load(Ordering::Relaxed)
+    }
+
+    /// Samples that found the ring full.
+    #[must_use]
+    pub fn lost_samples(&self) -> u64 {
+        self.lost_samples.load(Ordering::Relaxed)
+    }
+}
+
+/// The 1 kHz thread's end.
+#[derive(Debug)]
+pub struct HandSide {
+    pub(crate) samples: rtrb::Producer<ToolSample>,
+    pub(crate) patches: triple_buffer::Output<Patch>,
+    pub(crate) status: Arc<Status>,
+}
+
+/// The network's end.
+#[derive(Debug)]
+pub struct NetSide {
+    pub(crate) samples: rtrb::Consumer<ToolSample>,
+    pub(crate) patches: triple_buffer::Input<Patch>,
+    pub(crate) status: Arc<Status>,
+}
+
+/// Both ends over the clay as it is now.
+#[must_use]
+pub fn boundary(patch: &Patch) -> (HandSide, NetSide) {
+    let (producer, consumer) = rtrb::RingBuffer::new(RING_SAMPLES);
+    let (input, output) = triple_buffer::TripleBuffer::new(patch).split();
+    let status = Arc::new(Status::default());
+    (
+        HandSide { samples: producer, patches: output, status: Arc::clone(&status) },
+        NetSide { samples: consumer, patches: input, status },
+    )
+}

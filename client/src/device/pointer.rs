@@ -1,0 +1,60 @@
+//! The mouse: a tool that glides to where the pointer asks for it.
+//!
+//! The window says where the tool should be, at the picture's rate; the device glides there at the hand's rate, so that
+//! a jump of the pointer is a fast movement and not a jump of the tool.
+//! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`].
+
+use glam::Vec3;
+use pottery_shared::tool::Sphere;
+
+use super::Device;
+
+/// Fastest glide, m/s.
+const SPEED_MAX_M_S: f32 = 0.8;
+/// Time constant of the glide, s.
+const GLIDE_S: f32 = 0.02;
+
+/// Where the pointer asks the tool to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pointer {
+    /// Centre of the tool, m; `None` while the pointer is away.
+    pub target_m: Option<Vec3>,
+    /// The tool.
+    pub tool: Sphere,
+}
+
+/// The device's end.
+#[derive(Debug)]
+pub struct PointerDevice {
+    asked: triple_buffer::Output<Pointer>,
+    at: Option<(f64, Vec3)>,
+}
+
+/// The window's end and the device's.
+#[must_use]
+pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
+    let (input, asked) = triple_buffer::TripleBuffer::new(&Pointer::default()).split();
+    (input, PointerDevice { asked, at: None })
+}
+
+impl Device for PointerDevice {
+    fn position(&mut self, seconds: f64) -> Option<Vec3> {
+        self.asked.update();
+        let Some(target) = self.asked.peek_output_buffer().target_m else {
+            self.at = None;
+            return None;
+        };
+        let (before, from) = self.at.unwrap_or((seconds, target));
+        let dt = (seconds - before).clamp(0.0, 0.02) as f32;
+        let step = (target - from) * (1.0 - (-dt / GLIDE_S).exp());
+        let now = from + step.clamp_length_max(SPEED_MAX_M_S * dt);
+        self.at = Some((seconds, now));
+        Some(now)
+    }
+
+    fn tool(&self) -> Sphere {
+        self.asked.peek_output_buffer().tool
+    }
+
+    fn set_force(&mut self, _: Vec3) {}
+}

@@ -1,0 +1,171 @@
+//! One tick of the hand, and the real-time thread that makes 1000 of them a second.
+//!
+//! The tick takes no lock, allocates nothing and never panics; deadlines are absolute, a missed one is counted and never
+//! made up for. Knows no network: clay comes and samples go over the boundary.
+//! Invariant: on any fault the force is zero within the tick.
+
+use std::time::{Duration, Instant};
+
+use hdrhistogram::Histogram;
+use pottery_shared::haptics::Haptics;
+use pottery_shared::prediction::Hand;
+use pottery_shared::tool::ToolSample;
+use pottery_shared::units::Tick;
+
+use crate::boundary::HandSide;
+use crate::device::Device;
+
+/// Length of a tick.
+const PERIOD: Duration = Duration::from_millis(1);
+/// Part of the wait that is spun, since sleep wakes up late by about this much.
+const SPIN: Duration = Duration::from_micros(120);
+/// A tick that begins later than this after its deadline is late.
+const LATE: Duration = Duration::from_micros(200);
+/// Own samples replayed on a patch in one tick, besides the tick's own.
+const CATCH_UP_BUDGET: usize = 4;
+
+/// Everything one hand needs in its thread.
+pub struct HapticLoop {
+    device: Box<dyn Device>,
+    hand: Hand,
+    haptics: Haptics,
+    side: HandSide,
+    catching_up: bool,
+    last_stamp: Option<Tick>,
+    force_mn: Histogram<u64>,
+}
+
+impl std::fmt::Debug for HapticLoop {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("HapticLoop").field("side", &self.side).finish_non_exhaustive()
+    }
+}
+
+/// What the thread measured.
+#[derive(Clone, Debug)]
+pub struct HapticReport {
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that began more than 200 µs after their deadline.
+    pub late_ticks: u64,
+    /// Deadlines passed over since a tick began more than a period late.
+    pub missed_ticks: u64,
+    /// Samples lost because the ring was full.
+    pub lost_samples: u64,
+    /// Time from one tick's begin to the next one's, ns.
+    pub period_ns: Histogram<u64>,
+    /// Time a tick took, ns.
+    pub step_ns: Histogram<u64>,
+    /// Force on the hand while it touched clay, mN.
+    pub force_mn: Histogram<u64>,
+}
+
+fn histogram(highest: u64) -> Histogram<u64> {
+    Histogram::new_with_bounds(1, highest, 3).expect("three digits over this range are valid bounds")
+}
+
+impl HapticLoop {
+    /// A hand with `device` on its side of the boundary.
+    #[must_use]
+    pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
+        let hand = Hand::new(side.patches.read().clone());
+        let haptics = Haptics::new(device.limits());
+        Self { device, hand, haptics, side, catching_up: false, last_stamp: None, force_mn: histogram(1_000_000) }
+    }
+
+    /// The hand and its clay.
+    #[must_use]
+    pub const fn hand(&self) -> &Hand {
+        &self.hand
+    }
+
+    /// Does the tick of local number `local`: sample, press, force, send; then a few steps towards the newest patch.
+    pub fn tick(&mut self, local: u64) {
+        let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
+        let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
+        let mut elements = 0;
+        let mut force = glam::Vec3::ZERO;
+        let is_new = self.last_stamp.is_none_or(|last| stamp > last);
+        if let Some(centre) = self.haptics.accept(reported)
+            && is_new
+        {
+            let sample = ToolSample { tick: stamp, tool: self.device.tool(), centre };
+            self.last_stamp = Some(stamp);
+            if self.side.samples.push(sample).is_err() {
+                self.side.status.note_lost_sample();
+            } else {
+                let contact = self.hand.press(&sample);
+                elements = contact.elements;
+                force = self.haptics.render(contact.force_n);
+            }
+        }
+        self.device.set_force(force);
+        let newtons = force.length();
+        if elements > 0 {
+            self.force_mn.saturating_record((newtons * 1e3) as u64);
+        }
+        self.side.status.note_tick(newtons, elements, self.haptics.fault());
+        self.catch_up();
+    }
+
+    fn catch_up(&mut self) {
+        if !self.catching_up {
+            self.catching_up = self.side.patches.update();
+        }
+        if self.catching_up && self.hand.catch_up(self.side.patches.output_buffer_mut(), CATCH_UP_BUDGET) {
+            self.catching_up = false;
+        }
+    }
+
+    /// Ticks until it is told to stop; local tick n is due n milliseconds after `epoch`.
+    #[must_use]
+    pub fn run(mut self, epoch: Instant) -> HapticReport {
+        let mut period_ns = histogram(1_000_000_000);
+        let mut step_ns = histogram(1_000_000_000);
+        let mut missed_ticks = 0;
+        let mut previous: Option<Instant> = None;
+        let mut local = ticks_since(epoch) + 1;
+        while !self.side.status.should_stop() {
+            let deadline = epoch + PERIOD * u32::try_from(local).unwrap_or(u32::MAX);
+            wait_until(deadline);
+            let begin = Instant::now();
+            if begin.saturating_duration_since(deadline) > LATE {
+                self.side.status.note_late();
+            }
+            if let Some(previous) = previous.replace(begin) {
+                period_ns.saturating_record(begin.saturating_duration_since(previous).as_nanos() as u64);
+            }
+            self.tick(local);
+            step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
+            let due = ticks_since(epoch);
+            missed_ticks += due.saturating_sub(local);
+            local = due.max(local) + 1;
+        }
+        self.device.set_force(glam::Vec3::ZERO);
+        HapticReport {
+            ticks: self.side.status.ticks(),
+            late_ticks: self.side.status.late_ticks(),
+            missed_ticks,
+            lost_samples: self.side.status.lost_samples(),
+            period_ns,
+            step_ns,
+            force_mn: self.force_mn,
+        }
+    }
+}
+
+/// Whole local ticks that have passed.
+pub(crate) fn ticks_since(epoch: Instant) -> u64 {
+    epoch.elapsed().as_millis() as u64
+}
+
+/// Sleeps for most of the wait and spins for the rest.
+fn wait_until(deadline: Instant) {
+    let left = deadline.saturating_duration_since(Instant::now());
+    if left > SPIN {
+        std::thread::sleep(left - SPIN);
+    }
+    while Instant::now() < deadline {
+        std::hint::spin_loop();
+    }
+}

@@ -1,0 +1,190 @@
+//! What a server is started with: defaults, then a file, then flags.
+//!
+//! Owns names, ranges and the sentences about them; opens nothing but the file it is told to read.
+//! Invariant: a configuration that exists was checked.
+
+use std::net::{IpAddr, Ipv6Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use pottery_shared::clay::{GridError, GridShape, MethodKind, PotError, PotSpec, Wheel};
+use pottery_shared::protocol::{JoinCode, JoinCodeError};
+use pottery_shared::units::{Metres, Rpm};
+use serde::Deserialize;
+
+/// Everything a server needs to know.
+#[derive(Clone, Debug)]
+pub struct ServerConfig {
+    /// UDP address to listen on.
+    pub listen: SocketAddr,
+    /// The room's code; a fresh one when absent.
+    pub code: Option<JoinCode>,
+    /// Number of wheels.
+    pub wheels: u16,
+    /// Most people at one time.
+    pub people_max: u16,
+    /// The pot on every wheel.
+    pub pot: PotSpec,
+    /// How clay deforms.
+    pub method: MethodKind,
+    /// How fast wheels turn at first.
+    pub wheel_speed: Rpm,
+}
+
+impl ServerConfig {
+    /// The studio's UDP port.
+    pub const PORT: u16 = 4747;
+    /// Most wheels in one process.
+    pub const WHEELS_MAX: u16 = 256;
+    /// Most people in one process.
+    pub const PEOPLE_MAX: u16 = 4096;
+
+    /// Checks what types cannot.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the setting and its range.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        let within = |setting: &'static str, value: u16, max: u16| {
+            if (1..=max).contains(&value) { Ok(()) } else { Err(ConfigError::Count { setting, value, max }) }
+        };
+        within("wheels", self.wheels, Self::WHEELS_MAX)?;
+        within("people_max", self.people_max, Self::PEOPLE_MAX)?;
+        self.pot.check()?;
+        let rpm = self.wheel_speed.0;
+        if !(rpm.is_finite() && rpm.abs() <= Wheel::RPM_MAX.0) {
+            return Err(ConfigError::WheelSpeed { rpm, max: Wheel::RPM_MAX.0 });
+        }
+        Ok(self)
+    }
+}
+
+impl Default for ServerConfig {
+    /// One wheel with the paper's pot, for everybody who can reach this machine.
+    fn default() -> Self {
+        Self {
+            listen: SocketAddr::new(IpAddr::V6(Ipv6Addr::UNSPECIFIED), Self::PORT),
+            code: None,
+            wheels: 1,
+            people_max: 64,
+            pot: PotSpec::default(),
+            method: MethodKind::default(),
+            wheel_speed: Rpm(60.0),
+        }
+    }
+}
+
+/// Why a server cannot be configured like that.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// A count out of range.
+    #[error("{setting} = {value} cannot be used: choose a number from 1 to {max}")]
+    Count {
+        /// Name of the setting.
+        setting: &'static str,
+        /// What was given.
+        value: u16,
+        /// Largest allowed.
+        max: u16,
+    },
+    /// A turning speed out of range.
+    #[error("a wheel speed of {rpm} rpm cannot be used: choose one from -{max} to {max}")]
+    WheelSpeed {
+        /// What was given.
+        rpm: f32,
+        /// Largest allowed.
+        max: f32,
+    },
+    /// A pot that cannot be made.
+    #[error(transparent)]
+    Pot(#[from] PotError),
+    /// A code nobody could type.
+    #[error(transparent)]
+    Code(#[from] JoinCodeError),
+    /// A method that does not exist.
+    #[error("there is no method '{name}': choose original or improved")]
+    Method {
+        /// What was given.
+        name: String,
+    },
+    /// A file that cannot be read.
+    #[error("the configuration {path} cannot be read: {source}")]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file that says something else.
+    #[error("the configuration {path} is not understood: {reason}")]
+    Syntax {
+        /// Which file.
+        path: PathBuf,
+        /// What the parser said.
+        reason: String,
+    },
+}
+
+impl From<GridError> for ConfigError {
+    fn from(error: GridError) -> Self {
+        Self::Pot(error.into())
+    }
+}
+
+/// The configuration file (TOML); every entry may be left out.
+///
+/// ```
+/// let file: pottery_server::FileConfig = toml::from_str("listen = \"[::]:4747\"\nwheels = 4\n").unwrap();
+/// assert_eq!(file.into_config().unwrap().wheels, 4);
+/// ```
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileConfig {
+    listen: Option<SocketAddr>,
+    code: Option<String>,
+    wheels: Option<u16>,
+    people_max: Option<u16>,
+    columns: Option<u32>,
+    rows: Option<u32>,
+    height_mm: Option<f32>,
+    radius_mm: Option<f32>,
+    wall_mm: Option<f32>,
+    method: Option<String>,
+    wheel_rpm: Option<f32>,
+}
+
+impl FileConfig {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`ConfigError::File`] or [`ConfigError::Syntax`].
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?;
+        toml::from_str(&text).map_err(|error| ConfigError::Syntax {
+            path: path.to_path_buf(),
+            reason: error.to_string().trim_end().to_owned(),
+        })
+    }
+
+    /// The defaults with this file's entries in place.
+    ///
+    /// # Errors
+    /// [`ConfigError`] for an entry out of range.
+    pub fn into_config(self) -> Result<ServerConfig, ConfigError> {
+        let mut config = ServerConfig::default();
+        let pot = &mut config.pot;
+        let (columns, rows) = (pot.shape.columns(), pot.shape.rows());
+        pot.shape = GridShape::new(self.columns.unwrap_or(columns), self.rows.unwrap_or(rows))?;
+        pot.height = self.height_mm.map_or(pot.height, Metres::from_mm);
+        pot.radius = self.radius_mm.map_or(pot.radius, Metres::from_mm);
+        pot.wall = self.wall_mm.map_or(pot.wall, Metres::from_mm);
+        config.listen = self.listen.unwrap_or(config.listen);
+        config.code = self.code.map(|code| code.parse()).transpose()?;
+        config.wheels = self.wheels.unwrap_or(config.wheels);
+        config.people_max = self.people_max.unwrap_or(config.people_max);
+        config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);
+        if let Some(name) = self.method {
+            config.method = MethodKind::from_name(&name).ok_or(ConfigError::Method { name })?;
+        }
+        config.checked()
+    }
+}

@@ -1,0 +1,85 @@
+//! The `pottery-server` binary: flags, a file, signals.
+//!
+//! Everything else is the library's. Invariant: SIGINT and SIGTERM end it with everybody told and exit code 0.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use pottery_server::{FileConfig, Server, ServerConfig};
+use pottery_shared::protocol::JoinCode;
+
+/// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
+///
+/// Settings come from flags, then the file given with --config, then the defaults.
+#[derive(Debug, Parser)]
+#[command(name = "pottery-server", version, after_help = EXAMPLES)]
+struct Flags {
+    /// UDP address to listen on [default: [::]:4747, all networks]
+    #[arg(long, env = "POTTERY_LISTEN")]
+    listen: Option<SocketAddr>,
+    /// Join code of 8 characters; a fresh one at each start when left out
+    #[arg(long, env = "POTTERY_CODE")]
+    code: Option<JoinCode>,
+    /// Number of wheels, each with its own pot
+    #[arg(long)]
+    wheels: Option<u16>,
+    /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, method,
+    /// wheel_rpm
+    #[arg(long)]
+    config: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "Examples:
+  pottery-server                                  one wheel, a fresh join code
+  pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
+  pottery-server --listen 127.0.0.1:5000          this machine only";
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    tracing_subscriber::fmt()
+        .with_env_filter(
+            tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "pottery_server=info".into()),
+        )
+        .with_writer(std::io::stderr)
+        .init();
+    match run(Flags::parse()).await {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("pottery-server: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+async fn run(flags: Flags) -> anyhow::Result<()> {
+    let mut config: ServerConfig = match &flags.config {
+        Some(path) => FileConfig::read(path)?.into_config()?,
+        None => ServerConfig::default(),
+    };
+    config.listen = flags.listen.unwrap_or(config.listen);
+    config.wheels = flags.wheels.unwrap_or(config.wheels);
+    config.code = flags.code.or(config.code);
+    let server = Server::start(config)?;
+    println!("listening on {}", server.address());
+    println!("join code    {}", server.code());
+    stop_signal().await?;
+    println!("closing: telling everybody");
+    server.stop().await;
+    Ok(())
+}
+
+#[cfg(unix)]
+async fn stop_signal() -> std::io::Result<()> {
+    let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    tokio::select! {
+        interrupted = tokio::signal::ctrl_c() => interrupted,
+        _ = terminate.recv() => Ok(()),
+    }
+}
+
+#[cfg(not(unix))]
+async fn stop_signal() -> std::io::Result<()> {
+    tokio::signal::ctrl_c().await
+}

@@ -1,0 +1,166 @@
+//! A running server: start it, ask it, stop it.
+//!
+//! Owns the endpoint and the tasks; the room itself lives in the ticking task.
+//! Invariant: after `stop` everybody was told, the tasks have ended and the port is free.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use pottery_shared::clay::Pot;
+use pottery_shared::protocol::JoinCode;
+use pottery_shared::room::{Room, RoomConfig, RoomCounts};
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinHandle;
+
+use crate::ticking::{Event, Ticking};
+use crate::{Certificate, ConfigError, ServerConfig, connection, transport};
+
+/// Why a server does not run.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// The address cannot be had.
+    #[error("cannot listen on {address} ({source}); is another studio running? choose another port with --listen")]
+    Bind {
+        /// Where.
+        address: SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The endpoint cannot be made.
+    #[error("the network cannot be used: {source}")]
+    Endpoint {
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The certificate cannot be made.
+    #[error("no certificate could be made: {reason}")]
+    Certificate {
+        /// What the library said.
+        reason: String,
+    },
+    /// The configuration makes no sense.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The server has stopped.
+    #[error("the server has stopped")]
+    Stopped,
+}
+
+/// How a server stands at a moment.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// Ticks done.
+    pub ticks: u64,
+    /// People who are in.
+    pub people: usize,
+    /// Digest of each wheel's newest snapshot.
+    pub digests: Vec<u64>,
+    /// The clay on each wheel.
+    pub pots: Vec<Pot>,
+    /// What the room counted.
+    pub counts: RoomCounts,
+    /// Times the tick fell behind by more than a snapshot's period.
+    pub late: u64,
+}
+
+/// A handle on a running server.
+#[derive(Debug)]
+pub struct Server {
+    address: SocketAddr,
+    code: JoinCode,
+    endpoint: quinn::Endpoint,
+    events: mpsc::Sender<Event>,
+    accepting: JoinHandle<()>,
+    ticking: JoinHandle<()>,
+}
+
+impl Server {
+    /// Listens and opens the room.
+    ///
+    /// # Errors
+    /// [`ServerError`] saying what is in the way.
+    pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
+        let config = config.checked()?;
+        let certificate = Certificate::fresh()?;
+        let fingerprint = certificate.sha256();
+        let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
+        Self::start_on(endpoint, &fingerprint, config)
+    }
+
+    /// Opens the room on an endpoint that exists already and serves the certificate of that fingerprint.
+    ///
+    /// # Errors
+    /// [`ServerError`] saying what is in the way.
+    pub fn start_on(
+        endpoint: quinn::Endpoint,
+        fingerprint: &[u8; 32],
+        config: ServerConfig,
+    ) -> Result<Self, ServerError> {
+        let address = endpoint.local_addr().map_err(|source| ServerError::Endpoint { source })?;
+        let code = match config.code {
+            Some(code) => code.on_server(fingerprint),
+            None => fresh_code(fingerprint)?,
+        };
+        let room = Room::new(RoomConfig {
+            code: code.room().to_owned(),
+            wheels: config.wheels,
+            people_max: config.people_max,
+            pot: config.pot,
+            method: config.method,
+            wheel_speed: config.wheel_speed,
+        })
+        .map_err(ConfigError::from)?;
+        // bounded, so that a flood waits in the transport, which drops the oldest datagrams
+        let (events, received) = mpsc::channel(1024);
+        let ticking = tokio::spawn(Ticking::new(room, received).run());
+        let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone()));
+        tracing::info!(%address, wheels = config.wheels, "the studio is open");
+        Ok(Self { address, code, endpoint, events, accepting, ticking })
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The code that lets people in.
+    #[must_use]
+    pub const fn code(&self) -> &JoinCode {
+        &self.code
+    }
+
+    /// How it stands.
+    ///
+    /// # Errors
+    /// [`ServerError::Stopped`] when it no longer runs.
+    pub async fn standing(&self) -> Result<Standing, ServerError> {
+        let (answer, answered) = oneshot::channel();
+        self.events.send(Event::Standing(answer)).await.map_err(|_| ServerError::Stopped)?;
+        answered.await.map_err(|_| ServerError::Stopped)
+    }
+
+    /// Tells everybody, waits until they heard it, and frees the port.
+    pub async fn stop(self) {
+        self.accepting.abort();
+        if self.events.send(Event::Stop).await.is_ok()
+            && let Err(error) = self.ticking.await
+        {
+            tracing::error!(%error, "the ticking task did not end well");
+        }
+        self.endpoint.close(0_u32.into(), b"the studio closes");
+        if tokio::time::timeout(Duration::from_secs(2), self.endpoint.wait_idle()).await.is_err() {
+            tracing::debug!("some peers did not confirm the end");
+        }
+        tracing::info!("the studio is closed");
+    }
+}
+
+fn fresh_code(fingerprint: &[u8; 32]) -> Result<JoinCode, ServerError> {
+    use ring::rand::{SecureRandom, SystemRandom};
+    let mut random = [0_u8; 5];
+    SystemRandom::new()
+        .fill(&mut random)
+        .map_err(|_| ServerError::Certificate { reason: "the system gives no randomness".into() })?;
+    Ok(JoinCode::new(random, fingerprint))
+}

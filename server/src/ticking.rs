@@ -1,0 +1,152 @@
+//! The task that owns the room: lets time pass, takes in what arrived, hands out what is to be sent.
+//!
+//! Never waits for a peer: what a connection cannot take at once is dropped (datagrams) or ends it (control).
+//! Invariant: ticks done = milliseconds since the start, at every wake-up.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use pottery_shared::room::{Lane, PeerId, Room};
+use pottery_shared::units::Tick;
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::{Instant, MissedTickBehavior};
+
+use crate::Standing;
+use crate::connection::Link;
+
+/// What reaches the room.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// A connection has opened its control stream.
+    Connected(PeerId, Box<Link>),
+    /// A control frame.
+    Control(PeerId, Vec<u8>),
+    /// A datagram.
+    Datagram(PeerId, bytes::Bytes),
+    /// A connection has ended.
+    Gone(PeerId),
+    /// Somebody asks how things stand.
+    Standing(oneshot::Sender<Standing>),
+    /// Close.
+    Stop,
+}
+
+/// How often the room is advanced; each time by all milliseconds that have passed.
+const WAKE_EVERY: Duration = Duration::from_millis(2);
+/// Falling behind by more than this is counted: a snapshot's period.
+const LATE_TICKS: u64 = 17;
+/// Events taken in before time is looked at again.
+const EVENTS_AT_ONCE: usize = 256;
+
+/// The room and its connections.
+#[derive(Debug)]
+pub(crate) struct Ticking {
+    room: Room,
+    events: mpsc::Receiver<Event>,
+    links: BTreeMap<PeerId, Box<Link>>,
+    started: Instant,
+    late: u64,
+}
+
+impl Ticking {
+    pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>) -> Self {
+        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0 }
+    }
+
+    /// Runs until it is told to stop or nobody can tell it anything any more.
+    pub(crate) async fn run(mut self) {
+        let mut wake = tokio::time::interval(WAKE_EVERY);
+        wake.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
+        loop {
+            tokio::select! {
+                _ = wake.tick() => self.advance(),
+                count = self.events.recv_many(&mut arrived, EVENTS_AT_ONCE) => {
+                    if count == 0 {
+                        return;
+                    }
+                }
+            }
+            for event in arrived.drain(..) {
+                if !self.handle(event) {
+                    self.room.close();
+                    self.transmit();
+                    return self.say_goodbye().await;
+                }
+            }
+            self.transmit();
+        }
+    }
+
+    fn advance(&mut self) {
+        let due = self.started.elapsed().as_millis() as u64;
+        if due > self.room.now().0 + LATE_TICKS {
+            self.late += 1;
+            tracing::debug!(ticks = due - self.room.now().0, "the tick fell behind");
+        }
+        self.room.advance(Tick(due));
+    }
+
+    /// False when the server is to stop.
+    fn handle(&mut self, event: Event) -> bool {
+        match event {
+            Event::Connected(peer, link) => {
+                self.links.insert(peer, link);
+            }
+            Event::Control(peer, frame) => self.room.handle_control(peer, &frame),
+            Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),
+            Event::Gone(peer) => {
+                self.links.remove(&peer);
+                self.room.handle_gone(peer);
+            }
+            Event::Standing(answer) => {
+                // whoever asked may have given up
+                drop(answer.send(self.standing()));
+            }
+            Event::Stop => return false,
+        }
+        true
+    }
+
+    fn standing(&self) -> Standing {
+        let wheels = 0..self.room.wheels();
+        Standing {
+            ticks: self.room.now().0,
+            people: self.room.people(),
+            digests: wheels.clone().filter_map(|wheel| self.room.digest(wheel)).collect(),
+            pots: wheels.filter_map(|wheel| self.room.pot(wheel).cloned()).collect(),
+            counts: self.room.counts(),
+            late: self.late,
+        }
+    }
+
+    fn transmit(&mut self) {
+        while let Some(transmit) = self.room.poll_transmit() {
+            let Some(link) = self.links.get(&transmit.to) else { continue };
+            let alive = match transmit.lane {
+                Lane::Datagram(bytes) => link.send_datagram(bytes.into()),
+                Lane::Control(bytes) => link.send_control(bytes),
+                Lane::Keyframe(bytes) => link.send_keyframe(bytes),
+                Lane::Close => link.finish(),
+            };
+            if !alive {
+                tracing::info!(peer = transmit.to.0, "a peer that does not keep up is let go");
+                link.drop_connection();
+                self.links.remove(&transmit.to);
+                self.room.handle_gone(transmit.to);
+            }
+        }
+    }
+
+    /// Waits, for a bounded time, until every control stream is through.
+    async fn say_goodbye(self) {
+        let all = async {
+            for (_, link) in self.links {
+                link.closed().await;
+            }
+        };
+        if tokio::time::timeout(Duration::from_secs(1), all).await.is_err() {
+            tracing::debug!("some peers did not hear the goodbye");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The QUIC endpoint of the server.
+//!
+//! Owns sockets' and connections' settings, with the reason for each; knows no room.
+//! Invariant: memory a peer can make the transport hold is bounded.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use quinn::{IdleTimeout, TransportConfig, VarInt};
+use socket2::{Domain, Protocol, Socket, Type};
+
+use crate::{Certificate, ServerError};
+
+/// Socket buffer asked for: a second of a class's samples, should the tick be late.
+const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
+
+/// A UDP socket on `address` with a large receive buffer.
+///
+/// # Errors
+/// [`ServerError::Bind`] when the address cannot be had.
+pub fn bind(address: SocketAddr) -> Result<std::net::UdpSocket, ServerError> {
+    let bound = || -> std::io::Result<std::net::UdpSocket> {
+        let socket = Socket::new(Domain::for_address(address), Type::DGRAM, Some(Protocol::UDP))?;
+        if address.is_ipv6() {
+            socket.set_only_v6(false)?;
+        }
+        // what the system grants is enough for a small class, so a refusal is no error
+        if let Err(error) = socket.set_recv_buffer_size(RECEIVE_BUFFER_BYTES) {
+            tracing::debug!(%error, "receive buffer stays at the system's size");
+        }
+        socket.bind(&address.into())?;
+        Ok(socket.into())
+    };
+    bound().map_err(|source| ServerError::Bind { address, source })
+}
+
+/// An endpoint that serves `certificate` on `socket`.
+///
+/// Call it within a tokio runtime.
+///
+/// # Errors
+/// [`ServerError::Certificate`] or [`ServerError::Endpoint`].
+pub fn endpoint(socket: std::net::UdpSocket, certificate: Certificate) -> Result<quinn::Endpoint, ServerError> {
+    let config = server_config(certificate)?;
+    quinn::Endpoint::new(quinn::EndpointConfig::default(), Some(config), socket, Arc::new(quinn::TokioRuntime))
+        .map_err(|source| ServerError::Endpoint { source })
+}
+
+/// The QUIC configuration of the server, also for endpoints on other sockets than the system's.
+///
+/// # Errors
+/// [`ServerError::Certificate`].
+pub fn server_config(certificate: Certificate) -> Result<quinn::ServerConfig, ServerError> {
+    let tls = quinn::crypto::rustls::QuicServerConfig::try_from(certificate.into_tls()?)
+        .map_err(|error| ServerError::Certificate { reason: error.to_string() })?;
+    let mut transport = TransportConfig::default();
+    transport
+        // one control stream from each client, and none without being asked
+        .max_concurrent_bidi_streams(VarInt::from_u32(1))
+        .max_concurrent_uni_streams(VarInt::from_u32(0))
+        .stream_receive_window(VarInt::from_u32(64 * 1024))
+        .receive_window(VarInt::from_u32(128 * 1024))
+        .datagram_receive_buffer_size(Some(64 * 1024))
+        // a few pulses: what waits longer is stale
+        .datagram_send_buffer_size(16 * 1024)
+        // reordering is no loss
+        .packet_threshold(16)
+        .time_threshold(2.0)
+        .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(10_000))))
+        .keep_alive_interval(Some(Duration::from_secs(3)));
+    let mut config = quinn::ServerConfig::with_crypto(Arc::new(tls));
+    config.transport_config(Arc::new(transport)).max_incoming(256);
+    Ok(config)
+}
