@@ -1,1 +1,1 @@
-//! Placeholder while the dependencies build.
+//! The authoritative pottery server: a thin shell round the shared room.

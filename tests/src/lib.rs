@@ -1,1 +1,1 @@
-//! Placeholder while the dependencies build.
+//! What several tests of the pottery studio share.
