@@ -1,5 +1,7 @@
 //! The solid that leaves the studio: closed, turned outwards, of the right size and volume, and read back as written.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::collections::HashMap;
 use std::io::Cursor;
 

@@ -1,6 +1,8 @@
 //! The stroke file: what it says is where the tool is, what it cannot say is refused by line, and what is recorded
 //! can be read again.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::fs;
 use std::path::PathBuf;
 
