@@ -5,7 +5,7 @@
 
 use std::io;
 
-use pottery_shared::clay::{Pot, closed_solid};
+use pottery_shared::clay::{self, Pot, closed_solid};
 use pottery_shared::units::Metres;
 use stl_io::{Normal, Triangle, Vertex};
 
@@ -34,7 +34,7 @@ pub fn write_stl(pot: &Pot, out: &mut impl io::Write) -> io::Result<()> {
 }
 
 /// One facet in mm, or nothing when two of its corners fall together.
-fn facet(corners_m: pottery_shared::clay::Triangle) -> Option<Triangle> {
+fn facet(corners_m: clay::Triangle) -> Option<Triangle> {
     let corners_mm = corners_m.map(|corner| corner.to_array().map(|length_m| Metres(length_m).as_mm()));
     let [a, b, c] = corners_mm;
     if a == b || b == c || c == a {

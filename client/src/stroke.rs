@@ -29,8 +29,10 @@ const SPEED_MAX_M_S: f64 = 5.0;
 ///
 /// ```
 /// use pottery_client::stroke::Stroke;
+/// use pottery_shared::units::Metres;
+///
 /// let stroke = Stroke::parse("# tool_radius_mm: 10\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.5,70,0,50\n")?;
-/// assert_eq!(stroke.tool_radius().as_mm(), 10.0);
+/// assert_eq!(stroke.tool_radius(), Metres::from_mm(10.0));
 /// let halfway = stroke.at(0.25).ok_or("the tool is there")?;
 /// assert!((halfway.x - 0.080).abs() < 1e-6);
 /// assert_eq!(stroke.at(0.6), None);
