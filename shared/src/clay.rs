@@ -3,6 +3,7 @@
 //! Knows no network and no device. A pot is a set of [`Surface`]s; how many is known in here only.
 //! Invariant: every radius is finite and within its surface's bounds after every sub-step.
 
+mod conditions;
 mod contact;
 mod digest;
 mod grid;
@@ -17,6 +18,7 @@ mod surface;
 mod wheel;
 mod window;
 
+pub use conditions::Conditions;
 pub use digest::Digest;
 pub use grid::{GridError, GridShape};
 pub use improved::ImprovedCsem;

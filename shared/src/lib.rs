@@ -9,11 +9,11 @@
 extern crate alloc;
 
 pub mod clay;
-// pub mod haptics;
-// pub mod prediction;
-// pub mod protocol;
-// pub mod room;
-// pub mod session;
-// pub mod snapshot;
+pub mod haptics;
+pub mod prediction;
+pub mod protocol;
+pub mod room;
+pub mod session;
+pub mod snapshot;
 pub mod tool;
 pub mod units;

@@ -1,9 +1,11 @@
-//! The shapes that are pressed into the clay: the sphere.
+//! The shapes that are pressed into the clay, and their motion as it is sampled: the sphere.
 //!
 //! Knows no clay: a tool is a shape, where it stands is said by whoever presses with it.
 //! Invariant: a tool that exists has a size within [`Sphere::RADIUS_MIN`] and [`Sphere::RADIUS_MAX`].
 
-use crate::units::Metres;
+use glam::Vec3;
+
+use crate::units::{Metres, Tick};
 
 /// A spherical tool, the paper's haptic interface point (HIP).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,4 +62,58 @@ impl Default for Sphere {
     fn default() -> Self {
         Self { radius: Metres::from_mm(12.0) }
     }
+}
+
+/// Where a tool stands, in steps of [`Position::STEP`]: what a client presses with is exactly what it sends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Position(pub [i32; 3]);
+
+impl Position {
+    /// Resolution of a position: 10 µm, below what devices resolve (55 µm for a PHANToM Omni).
+    pub const STEP: Metres = Metres(1e-5);
+    /// Farthest a tool may be from the foot of the pot on any axis.
+    pub const REACH: Metres = Metres(1.0);
+
+    /// The nearest step to a point, m; `None` when it is not a number or out of [`Position::REACH`].
+    #[must_use]
+    pub fn nearest(point_m: Vec3) -> Option<Self> {
+        let reach = Self::REACH.0;
+        let within = point_m.to_array().iter().all(|along| along.is_finite() && (-reach..=reach).contains(along));
+        within.then(|| Self(point_m.to_array().map(|along| libm::roundf(along / Self::STEP.0) as i32)))
+    }
+
+    /// The point, m.
+    #[must_use]
+    pub fn point_m(self) -> Vec3 {
+        Vec3::from_array(self.0.map(|steps| steps as f32 * Self::STEP.0))
+    }
+
+    /// Whether it lies within [`Position::REACH`].
+    #[must_use]
+    pub fn is_within_reach(self) -> bool {
+        let reach = (Self::REACH.0 / Self::STEP.0) as i32;
+        self.0.iter().all(|steps| (-reach..=reach).contains(steps))
+    }
+
+    /// Distance to another position, m.
+    #[must_use]
+    pub fn distance_m(self, other: Self) -> f32 {
+        self.point_m().distance(other.point_m())
+    }
+}
+
+/// A tool held at a place in the room for one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolSample {
+    /// The tick for which it was held there.
+    pub tick: Tick,
+    /// The tool.
+    pub tool: Sphere,
+    /// Its centre in the room: z up along the wheel's axis, the foot of the pot at zero.
+    pub centre: Position,
+}
+
+impl ToolSample {
+    /// Fastest a hand moves; a faster sample is refused.
+    pub const SPEED_MAX_M_S: f32 = 5.0;
 }

@@ -1,1 +1,1 @@
-//! What several tests of the pottery studio share.
+//! Scenarios, network simulator and golden data of the pottery studio.

@@ -51,14 +51,8 @@ fn reach(surface: &Surface, press: &Press) -> Reach {
 /// `Σ(2H − P₁ − P₂)`. A turning wheel adds `0.35·max p` along its tangent. Lee, Han and Choi 2008, as
 /// reconstructed; which of the two contacts holds is decided element by element.
 ///
-/// The footprint is laid over the touched window grown by `margin` columns and rows.
-pub(super) fn touch(
-    surface: &Surface,
-    press: &Press,
-    response: f32,
-    margin: (u32, u32),
-    footprint: &mut Footprint,
-) -> Contact {
+/// The footprint is laid over the touched window grown by `margin` columns and rows; empty when nothing is touched.
+pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footprint: &mut Footprint) -> Contact {
     let shape = surface.shape();
     let reach = reach(surface, press);
     let grown = reach.window.grown(shape, margin.0, margin.1);
@@ -75,7 +69,9 @@ pub(super) fn touch(
             continue;
         }
         let radii = &surface.column_m(column)[reach.window.first_row as usize..][..reach.window.rows as usize];
-        let Some(local) = grown.local_column(shape, column) else { continue };
+        let Some(local) = grown.local_column(shape, column) else {
+            continue;
+        };
         let first = (reach.window.first_row - grown.first_row) as usize;
         let deltas = &mut footprint.column_mut(local)[first..][..radii.len()];
         for (row, (&element_r, delta)) in radii.iter().zip(deltas).enumerate() {
@@ -90,7 +86,7 @@ pub(super) fn touch(
             if penetration <= 0.0 || along + half_chord <= 0.0 {
                 continue;
             }
-            *delta = -response * penetration;
+            *delta = -press.response * penetration;
             sums.elements += 1;
             sums.deepest = sums.deepest.max(penetration);
             if distance > element_r {
@@ -102,6 +98,10 @@ pub(super) fn touch(
                 sums.line_deepest = sums.line_deepest.max(radius - out.length());
             }
         }
+    }
+    if sums.elements == 0 {
+        footprint.reset(Window::default());
+        return Contact::default();
     }
     sums.contact(surface, press, reach.angle_rad)
 }

@@ -35,16 +35,15 @@ fn kernel(distance_m: f32) -> f32 {
 }
 
 impl Method for ImprovedCsem {
-    fn press(&self, surface: &Surface, press: &Press, response: f32, footprint: &mut Footprint) -> Contact {
+    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
         let shape = surface.shape();
         let halo_rows = (reach_m() / surface.row_height_m()) as u32;
         let smallest_arc = shape.column_angle_rad() * surface.bounds_m().0;
         let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - press.tool.radius().0) * 0.5;
         let halo_arc = (shape.column_angle_rad() * nearest).max(smallest_arc);
         let halo_columns = ((reach_m() / halo_arc) as u32).min(shape.columns() / 2);
-        let contact = contact::touch(surface, press, response, (halo_columns, halo_rows), footprint);
+        let contact = contact::touch(surface, press, (halo_columns, halo_rows), footprint);
         if contact.elements == 0 {
-            footprint.reset(super::Window::default());
             return contact;
         }
         let mut scratch = core::mem::take(&mut footprint.scratch);

@@ -63,9 +63,8 @@ impl Default for Material {
 pub trait Method {
     /// Evaluates one press against a surface and writes the displacement it asks for.
     ///
-    /// `response` is the share of the penetration that yields in this step, from [`Material::response`].
     /// The footprint is empty afterwards when nothing is touched.
-    fn press(&self, surface: &Surface, press: &Press, response: f32, footprint: &mut Footprint) -> Contact;
+    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact;
 }
 
 /// The methods one can choose from.
@@ -79,6 +78,24 @@ pub enum MethodKind {
 }
 
 impl MethodKind {
+    /// Its number in messages and files.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Original => 0,
+            Self::Improved => 1,
+        }
+    }
+
+    /// The method of a number; the default one for a number that means nothing here.
+    #[must_use]
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Original,
+            _ => Self::Improved,
+        }
+    }
+
     /// The method itself.
     #[must_use]
     pub fn method(self) -> &'static dyn Method {

@@ -13,7 +13,7 @@ use super::{Contact, Footprint, Method, Press, Surface, contact};
 pub struct OriginalCsem;
 
 impl Method for OriginalCsem {
-    fn press(&self, surface: &Surface, press: &Press, response: f32, footprint: &mut Footprint) -> Contact {
-        contact::touch(surface, press, response, (0, 0), footprint)
+    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+        contact::touch(surface, press, (0, 0), footprint)
     }
 }

@@ -14,6 +14,12 @@ pub struct Schedule<T> {
     entries: Vec<(Tick, T)>,
 }
 
+impl<T: Copy + Default> Default for Schedule<T> {
+    fn default() -> Self {
+        Self::new(T::default())
+    }
+}
+
 impl<T: Copy> Schedule<T> {
     const ENTRIES_MAX: usize = 16;
 
@@ -30,6 +36,11 @@ impl<T: Copy> Schedule<T> {
     pub fn at(&self, tick: Tick) -> T {
         let later = self.entries.partition_point(|(from, _)| *from <= tick);
         self.entries[later.saturating_sub(1)].1
+    }
+
+    /// Every known value and the tick from which it holds, earliest first.
+    pub fn entries(&self) -> impl Iterator<Item = (Tick, T)> + '_ {
+        self.entries.iter().copied()
     }
 
     /// Takes `value` from tick `from` on; whatever was scheduled for later is dropped.

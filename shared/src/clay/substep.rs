@@ -7,9 +7,8 @@ use alloc::vec::Vec;
 
 use glam::Vec3;
 
-use super::{Contact, Footprint, GridShape, Material, MethodKind, Pot, Surface, Window};
+use super::{Contact, Footprint, GridShape, MethodKind, Pot, Surface, Window};
 use crate::tool::Sphere;
-use crate::units::Seconds;
 
 /// A tool held at one place for one sub-step, in the pot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +19,8 @@ pub struct Press {
     pub centre_m: Vec3,
     /// Which way the clay turns under it: −1, 0 or 1.
     pub turning: i8,
+    /// Share of the penetration that yields in this step, from [`super::Material::response`].
+    pub response: f32,
 }
 
 /// Scratch memory and result of one sub-step.
@@ -48,7 +49,7 @@ impl SubStep {
         }
     }
 
-    /// Advances `pot` by `dt` under `presses` and tells `touched` of every window that changed.
+    /// Advances `pot` by one step under `presses` and tells `touched` of every window that changed.
     ///
     /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order;
     /// its force adds up over the surfaces.
@@ -57,20 +58,17 @@ impl SubStep {
         pot: &mut Pot,
         presses: &[Press],
         method: MethodKind,
-        material: Material,
-        dt: Seconds,
         mut touched: impl FnMut(usize, Window),
     ) -> &[Contact] {
         self.contacts.clear();
         self.contacts.resize(presses.len(), Contact::default());
-        let response = material.response(dt);
         for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
             while self.footprints.len() < presses.len() {
                 self.footprints.push(Footprint::for_grid(surface.shape()));
             }
             let footprints = &mut self.footprints[..presses.len()];
             for ((press, footprint), total) in presses.iter().zip(&mut *footprints).zip(&mut self.contacts) {
-                let contact = method.method().press(surface, press, response, footprint);
+                let contact = method.method().press(surface, press, footprint);
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;
                 total.penetration_m = total.penetration_m.max(contact.penetration_m);

@@ -110,6 +110,11 @@ impl Wheel {
         Rpm((f64::from(self.rate(tick)) / Self::STEPS_PER_TICK_PER_RPM) as f32)
     }
 
+    /// Every stretch of even turning that is known: first tick, phase at it and rate, earliest first.
+    pub fn segments(&self) -> impl Iterator<Item = (Tick, Phase, i32)> + '_ {
+        self.segments.iter().map(|segment| (segment.from, segment.phase, segment.rate))
+    }
+
     /// Turns at `rate` from tick `from` on; whatever was scheduled later than that is dropped.
     pub fn schedule(&mut self, from: Tick, rate: i32) {
         let phase = self.phase(from);

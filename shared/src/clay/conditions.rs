@@ -1,0 +1,38 @@
+//! What turns a tool's sample into a press: the wheel, the material and the method, each at its tick.
+//!
+//! The one conversion from the room to the pot, for server, prediction and haptics alike.
+//! Invariant: the same sample under the same conditions is the same press, bit for bit.
+
+use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
+use crate::tool::ToolSample;
+use crate::units::Tick;
+
+/// Everything about a wheel that is not clay.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// The wheel's turning.
+    pub wheel: Wheel,
+    /// How the clay answers, over time.
+    pub material: Schedule<Material>,
+    /// The method that deforms it.
+    pub method: MethodKind,
+}
+
+impl Conditions {
+    /// The press that a sample makes, in the pot's frame at the sample's own tick.
+    #[must_use]
+    pub fn press(&self, sample: &ToolSample) -> Press {
+        Press {
+            tool: sample.tool,
+            centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
+            turning: self.wheel.rate(sample.tick).signum() as i8,
+            response: self.material.at(sample.tick).response(Tick::PERIOD),
+        }
+    }
+
+    /// The wheel's phase at a tick.
+    #[must_use]
+    pub fn phase(&self, tick: Tick) -> Phase {
+        self.wheel.phase(tick)
+    }
+}

@@ -1,0 +1,112 @@
+//! Clay with one person's samples applied, up to a tick.
+//!
+//! Owns the rounding at snapshot ticks, which must fall where the author's falls.
+//! Invariant: at every snapshot tick that `through` has passed, all touched tiles were rounded to the quantum.
+
+use alloc::vec::Vec;
+
+use crate::clay::{Conditions, Contact, GridShape, Pot, SubStep, Window};
+use crate::snapshot::{SnapshotClock, Touched, dequantise, quantise};
+use crate::tool::ToolSample;
+use crate::units::Tick;
+
+/// A pot, and how far in time its owner's samples have been applied to it.
+#[derive(Clone, Debug)]
+pub struct Field {
+    pot: Pot,
+    /// Tiles pressed since the last snapshot tick.
+    unrounded: Touched,
+    through: Tick,
+}
+
+impl Field {
+    /// A field of the given clay in which nothing is pressed after `through`.
+    #[must_use]
+    pub fn new(pot: Pot, through: Tick) -> Self {
+        let unrounded = Touched::none(shapes(&pot).into_iter());
+        Self { pot, unrounded, through }
+    }
+
+    /// The clay.
+    #[must_use]
+    pub const fn pot(&self) -> &Pot {
+        &self.pot
+    }
+
+    /// The tick up to which samples have been applied.
+    #[must_use]
+    pub const fn through(&self) -> Tick {
+        self.through
+    }
+
+    /// Presses one sample and adds the tiles it changes to `touched`; an older one than `through` does nothing.
+    pub fn press(
+        &mut self,
+        sample: &ToolSample,
+        conditions: &Conditions,
+        substep: &mut SubStep,
+        touched: Option<&mut Touched>,
+    ) -> Contact {
+        if sample.tick <= self.through {
+            return Contact::default();
+        }
+        self.advance(sample.tick.offset(-1));
+        let press = conditions.press(sample);
+        let mut own = touched;
+        let unrounded = &mut self.unrounded;
+        let contacts = substep.advance(&mut self.pot, &[press], conditions.method, |surface, window| {
+            unrounded.add_window(surface, window);
+            if let Some(touched) = &mut own {
+                touched.add_window(surface, window);
+            }
+        });
+        let contact = contacts[0];
+        self.advance(sample.tick);
+        contact
+    }
+
+    /// Lets time pass to `tick`, rounding the clay at the snapshot ticks on the way.
+    pub fn advance(&mut self, tick: Tick) {
+        if tick <= self.through {
+            return;
+        }
+        if SnapshotClock::any_within(self.through, tick) && !self.unrounded.is_empty() {
+            for (surface, _, window) in self.unrounded.iter() {
+                round(&mut self.pot, surface, window);
+            }
+            self.unrounded.clear();
+        }
+        self.through = tick;
+    }
+
+    /// Becomes the confirmed clay again in the given tiles, with no sample applied after `through`.
+    pub(super) fn rewind(&mut self, confirmed: &Pot, tiles: &Touched, through: Tick) {
+        for (surface, _, window) in tiles.iter() {
+            self.pot.copy_window(confirmed, surface, window);
+        }
+        self.unrounded.clear();
+        self.through = through;
+    }
+
+    /// Takes over another field without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.pot.clone_from(&other.pot);
+        self.unrounded.clone_from(&other.unrounded);
+        self.through = other.through;
+    }
+}
+
+/// The shapes of a pot's surfaces.
+pub(super) fn shapes(pot: &Pot) -> Vec<GridShape> {
+    pot.surfaces().iter().map(crate::clay::Surface::shape).collect()
+}
+
+fn round(pot: &mut Pot, surface: usize, window: Window) {
+    let surface = &mut pot.surfaces_mut()[surface];
+    for column in window.first_column..window.first_column + window.columns {
+        for row in window.first_row..window.first_row + window.rows {
+            let radius_m = surface.column_m(column)[row as usize];
+            surface.set_radius(column, row, dequantise(quantise(radius_m)));
+        }
+    }
+}

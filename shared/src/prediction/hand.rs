@@ -1,0 +1,79 @@
+//! The clay beside the device, pressed at 1 kHz.
+//!
+//! Allocates nothing and waits for nothing. A correction arrives as a whole [`Patch`] of somewhat older clay; the hand
+//! replays its own latest samples on it, a few each tick, while it goes on feeling the clay it has, and changes over
+//! once the patch has caught up. So the work of a tick is bounded whatever the network does.
+//! Invariant: `recent` holds the hand's latest samples in ascending order of tick.
+
+use crate::clay::{Conditions, Contact, GridShape, SubStep};
+use crate::tool::ToolSample;
+
+use super::Field;
+
+/// Clay as the predictor last knew it, handed to the device's thread.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    /// The clay and how far it goes.
+    pub field: Field,
+    /// Wheel, material and method.
+    pub conditions: Conditions,
+}
+
+/// Samples the hand can replay: a quarter of a second.
+const RECENT: usize = 256;
+
+/// The clay that the hand feels.
+#[derive(Debug)]
+pub struct Hand {
+    field: Field,
+    conditions: Conditions,
+    substep: SubStep,
+    /// A ring; `recorded` counts all samples ever put in.
+    recent: [Option<ToolSample>; RECENT],
+    recorded: usize,
+}
+
+impl Hand {
+    /// A hand on the given clay.
+    #[must_use]
+    pub fn new(patch: Patch) -> Self {
+        let largest = patch.field.pot().surfaces().iter().map(crate::clay::Surface::shape).max_by_key(|s| s.elements());
+        let substep = SubStep::for_grid(largest.unwrap_or(GridShape::PAPER));
+        Self { field: patch.field, conditions: patch.conditions, substep, recent: [None; RECENT], recorded: 0 }
+    }
+
+    /// The clay it feels.
+    #[must_use]
+    pub const fn field(&self) -> &Field {
+        &self.field
+    }
+
+    /// Presses one sample; the contact's force is in the room's frame.
+    pub fn press(&mut self, sample: &ToolSample) -> Contact {
+        let mut contact = self.field.press(sample, &self.conditions, &mut self.substep, None);
+        contact.force_n = self.conditions.phase(sample.tick).room_from_pot(contact.force_n);
+        self.recent[self.recorded % RECENT] = Some(*sample);
+        self.recorded += 1;
+        contact
+    }
+
+    /// Replays up to `budget` of the latest samples on `patch`; true once it has caught up and was taken over.
+    ///
+    /// The clay felt until then is left in `patch`.
+    pub fn catch_up(&mut self, patch: &mut Patch, budget: usize) -> bool {
+        let through = patch.field.through();
+        let oldest = self.recorded.saturating_sub(RECENT);
+        let missing = (oldest..self.recorded)
+            .filter_map(|at| self.recent[at % RECENT].as_ref())
+            .filter(|sample| sample.tick > through);
+        for (done, sample) in missing.enumerate() {
+            if done == budget {
+                return false;
+            }
+            patch.field.press(sample, &patch.conditions, &mut self.substep, None);
+        }
+        core::mem::swap(&mut self.field, &mut patch.field);
+        core::mem::swap(&mut self.conditions, &mut patch.conditions);
+        true
+    }
+}

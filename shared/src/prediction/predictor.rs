@@ -1,0 +1,140 @@
+//! The predicted clay beside the network: unacknowledged samples, replay and correction.
+//!
+//! The caller passes in its own samples and what was confirmed; it never waits.
+//! Invariant: `pending` holds only samples newer than what was acknowledged, in ascending order.
+
+use alloc::collections::VecDeque;
+
+use super::Field;
+use super::field::shapes;
+use crate::clay::{Conditions, Pot, SubStep};
+use crate::snapshot::{Replica, Touched};
+use crate::tool::ToolSample;
+use crate::units::{Metres, Tick};
+
+/// A sample that the server has not yet said to have applied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pending {
+    /// Its number in the client's stream of samples.
+    pub sequence: u32,
+    /// The sample.
+    pub sample: ToolSample,
+}
+
+/// Keeps the predicted clay of one client.
+#[derive(Debug)]
+pub struct Predictor {
+    field: Field,
+    /// The clay before a correction, to measure the correction by.
+    before: Pot,
+    substep: SubStep,
+    pending: VecDeque<Pending>,
+    next_sequence: u32,
+    last_tick: Option<Tick>,
+    /// Tiles in which the field may differ from the confirmed clay.
+    ahead: Touched,
+}
+
+impl Predictor {
+    /// Most samples kept unacknowledged: beyond it, pressing stops until the server answers.
+    pub const PENDING_MAX: usize = 4096;
+
+    /// A predictor over the untouched pot.
+    #[must_use]
+    pub fn new(replica: &Replica, now: Tick) -> Self {
+        let pot = replica.pot().clone();
+        let ahead = Touched::none(shapes(&pot).into_iter());
+        let shape = pot.spec().shape;
+        Self {
+            before: pot.clone(),
+            field: Field::new(pot, now),
+            substep: SubStep::for_grid(shape),
+            pending: VecDeque::with_capacity(Self::PENDING_MAX),
+            next_sequence: 0,
+            last_tick: None,
+            ahead,
+        }
+    }
+
+    /// The predicted clay.
+    #[must_use]
+    pub const fn field(&self) -> &Field {
+        &self.field
+    }
+
+    /// Samples not yet acknowledged, oldest first.
+    #[must_use]
+    pub const fn pending(&self) -> &VecDeque<Pending> {
+        &self.pending
+    }
+
+    /// Whether a sample can be taken in: it must be later than the last one, and there must be room.
+    #[must_use]
+    pub fn can_take(&self, sample: &ToolSample) -> bool {
+        self.pending.len() < Self::PENDING_MAX && self.last_tick.is_none_or(|last| sample.tick > last)
+    }
+
+    /// Takes in one of the client's own samples, presses it and adds the tiles it changes to `changed`.
+    pub fn handle_sample(&mut self, sample: ToolSample, conditions: &Conditions, changed: &mut Touched) {
+        debug_assert!(self.can_take(&sample));
+        self.last_tick = Some(sample.tick);
+        self.pending.push_back(Pending { sequence: self.next_sequence, sample });
+        self.next_sequence = self.next_sequence.wrapping_add(1);
+        self.field.press(&sample, conditions, &mut self.substep, Some(&mut self.ahead));
+        changed.add_all(&self.ahead);
+    }
+
+    /// Takes in confirmed clay that holds every own sample below `acknowledged`, and replays the rest on it.
+    ///
+    /// `news` are the tiles in which the replica changed; every tile that may look different afterwards is added to
+    /// `changed`. Returns the largest correction in tiles that own unacknowledged samples have touched: what the hand
+    /// may feel. `None` when there were none.
+    pub fn handle_confirmed(
+        &mut self,
+        replica: &Replica,
+        at: Tick,
+        acknowledged: u32,
+        conditions: &Conditions,
+        news: &Touched,
+        changed: &mut Touched,
+    ) -> Option<Metres> {
+        // the author has rounded up to here, so the prediction is compared rounded up to here
+        self.field.advance(at);
+        let own = self.ahead.clone();
+        let mut dirty = own.clone();
+        dirty.add_all(news);
+        for (surface, _, window) in dirty.iter() {
+            self.before.copy_window(self.field.pot(), surface, window);
+        }
+        while self.pending.front().is_some_and(|first| (first.sequence.wrapping_sub(acknowledged) as i32) < 0) {
+            self.pending.pop_front();
+        }
+        let through = self.field.through();
+        self.ahead.clear();
+        let rewound_to = self.pending.front().map_or(at, |first| at.min(first.sample.tick.offset(-1)));
+        self.field.rewind(replica.pot(), &dirty, rewound_to);
+        for pending in &self.pending {
+            self.field.press(&pending.sample, conditions, &mut self.substep, Some(&mut self.ahead));
+        }
+        self.field.advance(through);
+        changed.add_all(&dirty);
+        changed.add_all(&self.ahead);
+        (!own.is_empty()).then(|| self.largest_difference(&own))
+    }
+
+    fn largest_difference(&self, tiles: &Touched) -> Metres {
+        let mut largest = 0.0_f32;
+        for (surface, _, window) in tiles.iter() {
+            let (now, before) = (&self.field.pot().surfaces()[surface], &self.before.surfaces()[surface]);
+            let rows = window.first_row as usize..(window.first_row + window.rows) as usize;
+            for column in window.first_column..window.first_column + window.columns {
+                for (now, before) in
+                    now.column_m(column)[rows.clone()].iter().zip(&before.column_m(column)[rows.clone()])
+                {
+                    largest = largest.max((now - before).abs());
+                }
+            }
+        }
+        Metres(largest)
+    }
+}

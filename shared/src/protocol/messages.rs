@@ -1,0 +1,247 @@
+//! The messages themselves.
+//!
+//! Plain data with the units in the names; every meaning is checked by whoever receives it.
+//! Invariant: no message holds a type of another module.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use bincode::{Decode, Encode};
+
+/// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Greeting {
+    /// `b"POTS"`.
+    pub magic: [u8; 4],
+    /// The sender's [`super::VERSION`], always two bytes.
+    pub version: [u8; 2],
+    /// A [`Hello`] in the sender's version.
+    pub hello: Vec<u8>,
+}
+
+impl Greeting {
+    /// What a greeting begins with.
+    pub const MAGIC: [u8; 4] = *b"POTS";
+}
+
+/// Who wants to join what.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Hello {
+    /// The room's join code.
+    pub code: String,
+    /// Number of the wheel, from 1.
+    pub wheel: u16,
+}
+
+/// What a client asks for on the control stream.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub enum Request {
+    /// Turn the wheel at this speed.
+    WheelSpeed {
+        /// Turns a minute.
+        rpm: f32,
+    },
+    /// Make the clay give way with this time constant.
+    Viscosity {
+        /// τ, s.
+        seconds: f32,
+    },
+    /// Send everything newer than `have`: something was lost.
+    Resync {
+        /// Version held whole; 0 asks for the whole pot.
+        have: u32,
+    },
+    /// Goodbye.
+    Leave,
+}
+
+/// Why a client may not come in.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode, thiserror::Error)]
+pub enum Refusal {
+    /// Another protocol version.
+    #[error("the server speaks protocol version {server} and this program version {client}; update the older one")]
+    Version {
+        /// The server's.
+        server: u16,
+        /// The client's.
+        client: u16,
+    },
+    /// Not the room's code.
+    #[error("that is not the code of this studio; ask the person who hosts it")]
+    Code,
+    /// No such wheel.
+    #[error("there is no wheel {wheel} in this studio; choose one from 1 to {wheels}")]
+    Wheel {
+        /// The wheel asked for.
+        wheel: u16,
+        /// How many there are.
+        wheels: u16,
+    },
+    /// Nobody else fits in.
+    #[error("the studio is full ({people} people); try again later")]
+    Full {
+        /// How many are in.
+        people: u16,
+    },
+    /// Not a greeting of this protocol.
+    #[error("the server did not understand the greeting; is it a pottery studio of this version?")]
+    Greeting,
+}
+
+/// Specification of a pot.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub struct PotWire {
+    /// Elements round the pot.
+    pub columns: u32,
+    /// Elements from foot to rim.
+    pub rows: u32,
+    /// Height, m.
+    pub height_m: f32,
+    /// Radius of the untouched pot, m.
+    pub radius_m: f32,
+    /// Wall thickness, m.
+    pub wall_m: f32,
+}
+
+/// The wheel's phase and turning.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct WheelWire {
+    /// Tick at which it stands at `phase`.
+    pub from: u64,
+    /// Phase, 2³² a turn.
+    pub phase: u32,
+    /// Phase steps a tick.
+    pub rate: i32,
+}
+
+/// What a client needs to begin.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub struct Welcome {
+    /// Its number in the room.
+    pub client: u16,
+    /// The server's tick at the moment of writing.
+    pub now: u64,
+    /// The pot at version 0.
+    pub pot: PotWire,
+    /// The wheel's turning, earliest first, scheduled changes included.
+    pub wheel: Vec<WheelWire>,
+    /// Time constant of the clay τ (s) and the tick from which it holds, earliest first.
+    pub viscosity: Vec<(u64, f32)>,
+    /// Number of the deformation method.
+    pub method: u8,
+}
+
+/// What the server says on the control stream.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub enum Notice {
+    /// Come in.
+    Welcome(Welcome),
+    /// Stay out.
+    Refused(Refusal),
+    /// The wheel's turning changes.
+    Wheel(WheelWire),
+    /// The clay's time constant changes.
+    Viscosity {
+        /// First tick at which it holds.
+        from: u64,
+        /// τ, s.
+        seconds: f32,
+    },
+    /// The server stops.
+    Closing,
+}
+
+/// Consecutive ticks of one tool.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Run {
+    /// Tick of the first sample.
+    pub first_tick: u64,
+    /// The tool's radius, µm.
+    pub tool_radius_um: u16,
+    /// First position, in steps of 10 µm.
+    pub start: [i32; 3],
+    /// Movement from tick to tick after it, in the same steps.
+    pub steps: Vec<[i16; 3]>,
+}
+
+/// A client's datagram: its newest samples and those that may have been lost.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Inputs {
+    /// Number of the first sample in the client's stream of samples.
+    pub first: u32,
+    /// The samples; numbers run on from run to run.
+    pub runs: Vec<Run>,
+}
+
+/// The part of a server's datagram that is for one client.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct PulseHead {
+    /// All of the client's samples below this number are in the latest snapshot.
+    pub acknowledged: u32,
+    /// Ticks to spare with which its samples arrived since the last pulse, at the worst.
+    pub slack: Option<i16>,
+}
+
+/// The part of a server's datagram that all clients of a wheel share.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Body {
+    /// The tick whose clay the latest snapshot is.
+    pub tick: u64,
+    /// The latest snapshot.
+    pub latest: u32,
+    /// Its digest, now and then.
+    pub digest: Option<u64>,
+    /// Where everybody's tools are; absent from datagrams that continue a pulse.
+    pub tools: Option<Vec<ToolWire>>,
+    /// Pieces of the latest snapshots.
+    pub fragments: Vec<Fragment>,
+}
+
+/// A server's datagram.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Pulse {
+    /// For this client.
+    pub head: PulseHead,
+    /// For everybody.
+    pub body: Body,
+}
+
+/// Somebody's tool.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct ToolWire {
+    /// Whose.
+    pub client: u16,
+    /// Where, in steps of 10 µm.
+    pub centre: [i32; 3],
+    /// How large, µm.
+    pub radius_um: u16,
+    /// Whether it touches clay.
+    pub touching: bool,
+}
+
+/// A piece of a delta.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Fragment {
+    /// The snapshot that the delta leads to.
+    pub version: u32,
+    /// Number of the piece.
+    pub index: u16,
+    /// Number of pieces.
+    pub count: u16,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// A keyframe stream.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Keyframe {
+    /// The snapshot it leads to.
+    pub version: u32,
+    /// The version it starts from.
+    pub since: u32,
+    /// The tick whose clay it is.
+    pub tick: u64,
+    /// All of the client's samples below this number are in it.
+    pub acknowledged: u32,
+    /// The tiles.
+    pub bytes: Vec<u8>,
+}

@@ -1,0 +1,245 @@
+//! The authoritative studio: who is at which wheel, and the one clock by which all of them turn.
+//!
+//! Sans-IO: the shell passes in frames, datagrams and ticks, and sends what [`Room::poll_transmit`] returns.
+//! Invariant: clay of a tick that was committed is never changed for an earlier one.
+
+mod bench;
+
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::clay::{MethodKind, Pot, PotError, PotSpec};
+use crate::protocol::{Notice, Refusal, Request};
+use crate::session::{Peer, PeerError, Refusals};
+use crate::units::{Rpm, Tick};
+use bench::Bench;
+
+/// The shell's own number for a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PeerId(pub u64);
+
+/// What a room is opened with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomConfig {
+    /// Code that lets people in.
+    pub code: String,
+    /// Number of wheels.
+    pub wheels: u16,
+    /// Most people at one time.
+    pub people_max: u16,
+    /// The pot on every wheel.
+    pub pot: PotSpec,
+    /// How the clay deforms.
+    pub method: MethodKind,
+    /// How fast the wheels turn at first.
+    pub wheel_speed: Rpm,
+}
+
+/// Something to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmit {
+    /// To whom.
+    pub to: PeerId,
+    /// How, and what.
+    pub lane: Lane,
+}
+
+/// The ways to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Lane {
+    /// Unreliable; drop it rather than delay the next.
+    Datagram(Vec<u8>),
+    /// On the control stream, in order.
+    Control(Vec<u8>),
+    /// On a stream of its own, behind everything else.
+    Keyframe(Vec<u8>),
+    /// Close the connection once the control stream is through.
+    Close,
+}
+
+/// What a room counts for its operator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RoomCounts {
+    /// People let in so far.
+    pub joined: u64,
+    /// Connections refused so far.
+    pub refused: u64,
+    /// Requests for missing tiles.
+    pub resyncs: u64,
+    /// Samples refused, of people who have left too.
+    pub refusals: Refusals,
+}
+
+/// Everybody and every wheel of a studio.
+#[derive(Debug)]
+pub struct Room {
+    config: RoomConfig,
+    benches: Vec<Bench>,
+    /// At which wheel a peer that was let in works.
+    places: BTreeMap<PeerId, usize>,
+    next_client: u16,
+    /// The next tick to be done.
+    now: Tick,
+    outbox: VecDeque<Transmit>,
+    counts: RoomCounts,
+}
+
+impl Room {
+    /// Opens a room.
+    ///
+    /// # Errors
+    /// [`PotError`] when its pot cannot be made.
+    pub fn new(config: RoomConfig) -> Result<Self, PotError> {
+        let mut benches = Vec::new();
+        for _ in 0..config.wheels {
+            benches.push(Bench::new(Pot::new(config.pot)?, config.method, config.wheel_speed));
+        }
+        Ok(Self {
+            config,
+            benches,
+            places: BTreeMap::new(),
+            next_client: 1,
+            now: Tick(0),
+            outbox: VecDeque::new(),
+            counts: RoomCounts::default(),
+        })
+    }
+
+    /// The next tick to be done.
+    #[must_use]
+    pub const fn now(&self) -> Tick {
+        self.now
+    }
+
+    /// People who are in.
+    #[must_use]
+    pub fn people(&self) -> usize {
+        self.places.len()
+    }
+
+    /// What was counted so far.
+    #[must_use]
+    pub fn counts(&self) -> RoomCounts {
+        let mut counts = self.counts;
+        for bench in &self.benches {
+            counts.refusals.add(&bench.refusals());
+        }
+        counts
+    }
+
+    /// Number of wheels.
+    #[must_use]
+    pub fn wheels(&self) -> usize {
+        self.benches.len()
+    }
+
+    /// The clay on a wheel, numbered from 0.
+    #[must_use]
+    pub fn pot(&self, wheel: usize) -> Option<&Pot> {
+        self.benches.get(wheel).map(Bench::pot)
+    }
+
+    /// Digest of the newest snapshot of a wheel, numbered from 0.
+    #[must_use]
+    pub fn digest(&self, wheel: usize) -> Option<u64> {
+        self.benches.get(wheel).map(Bench::digest)
+    }
+
+    /// Takes in a control frame; the first one of a peer is its greeting.
+    ///
+    /// What cannot be answered ends with [`Lane::Close`].
+    pub fn handle_control(&mut self, peer: PeerId, frame: &[u8]) {
+        let outcome = match self.places.get(&peer) {
+            None => self.let_in(peer, frame),
+            Some(&place) => self.answer(peer, place, frame),
+        };
+        if let Err(error) = outcome {
+            self.counts.refused += 1;
+            if let PeerError::Refused(refusal) = error {
+                self.send(peer, Lane::Control(Peer::notice(&Notice::Refused(refusal))));
+            }
+            self.send(peer, Lane::Close);
+            self.handle_gone(peer);
+        }
+    }
+
+    fn let_in(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
+        let hello = Peer::read_greeting(frame)?;
+        if hello.code != self.config.code {
+            return Err(Refusal::Code.into());
+        }
+        let place = usize::from(hello.wheel).wrapping_sub(1);
+        if place >= self.benches.len() {
+            return Err(Refusal::Wheel { wheel: hello.wheel, wheels: self.config.wheels }.into());
+        }
+        if self.places.len() >= usize::from(self.config.people_max) {
+            return Err(Refusal::Full { people: self.config.people_max }.into());
+        }
+        let client = self.next_client;
+        self.next_client = self.next_client.wrapping_add(1).max(1);
+        self.places.insert(peer, place);
+        self.counts.joined += 1;
+        self.benches[place].seat(peer, client, self.now, &mut self.outbox);
+        Ok(())
+    }
+
+    fn answer(&mut self, peer: PeerId, place: usize, frame: &[u8]) -> Result<(), PeerError> {
+        let bench = &mut self.benches[place];
+        match Peer::read_request(frame)? {
+            Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now, &mut self.outbox),
+            Request::Viscosity { seconds } => bench.set_viscosity(seconds, self.now, &mut self.outbox),
+            Request::Resync { have } => {
+                self.counts.resyncs += 1;
+                bench.resync(peer, have, &mut self.outbox);
+            }
+            Request::Leave => {
+                self.send(peer, Lane::Close);
+                self.handle_gone(peer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in a datagram; one from a peer that was not let in is ignored.
+    pub fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8]) {
+        if let Some(&place) = self.places.get(&peer) {
+            self.benches[place].handle_datagram(peer, bytes, self.now);
+        }
+    }
+
+    /// Takes in that a connection has ended; what it had sent is still pressed.
+    pub fn handle_gone(&mut self, peer: PeerId) {
+        if let Some(place) = self.places.remove(&peer) {
+            self.benches[place].leave(peer);
+        }
+    }
+
+    /// Does every tick up to and with `to`.
+    pub fn advance(&mut self, to: Tick) {
+        while self.now <= to {
+            for bench in &mut self.benches {
+                bench.step(self.now, &mut self.outbox, &mut self.counts.refusals);
+            }
+            self.now = self.now.next();
+        }
+    }
+
+    /// Tells everybody that the studio closes.
+    pub fn close(&mut self) {
+        let peers: Vec<_> = self.places.keys().copied().collect();
+        for peer in peers {
+            self.send(peer, Lane::Control(Peer::notice(&Notice::Closing)));
+            self.send(peer, Lane::Close);
+        }
+    }
+
+    fn send(&mut self, to: PeerId, lane: Lane) {
+        self.outbox.push_back(Transmit { to, lane });
+    }
+
+    /// The next thing to send.
+    pub fn poll_transmit(&mut self) -> Option<Transmit> {
+        self.outbox.pop_front()
+    }
+}

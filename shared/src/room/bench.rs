@@ -1,0 +1,297 @@
+//! One wheel with its pot and the people at it: sub-steps, snapshots and pulses.
+//!
+//! Owns the authoritative clay; who may come to it is the room's affair.
+//! Invariant: each snapshot holds exactly the samples below the numbers acknowledged with it.
+
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::vec::Vec;
+
+use super::{Lane, PeerId, Transmit};
+use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
+use crate::protocol::{self, Body, Fragment, Keyframe, Notice, PotWire, ToolWire, Welcome, WheelWire};
+use crate::session::{Peer, Refusals};
+use crate::snapshot::{Author, Delta, SnapshotClock, Touched, Version};
+use crate::tool::ToolSample;
+use crate::units::{Rpm, Seconds, Tick};
+
+/// Ticks between the order to change a setting and the change, so that everybody hears of it before.
+const NOTICE_TICKS: i64 = 200;
+/// Samples of one tool done in one tick when they come late.
+const CATCH_UP_MAX: usize = 8;
+/// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
+const FRAGMENT_BYTES: usize = 600;
+/// Pulses in which a delta is repeated: one lost datagram in a row loses nothing.
+const REPEATS: u8 = 2;
+/// Pulses between two digests: a quarter of a second.
+const DIGEST_EVERY: u64 = 15;
+/// Ticks after which a resting tool is no longer shown.
+const TOOL_SHOWN_TICKS: i64 = 500;
+/// Most tools told of in a pulse.
+const TOOLS_MAX: usize = 30;
+/// Room for the head and the fixed part of the body.
+const OVERHEAD_BYTES: usize = 48;
+
+#[derive(Debug)]
+struct Seat {
+    client: u16,
+    peer: Peer,
+    /// Gone, but with samples still to be pressed.
+    leaving: bool,
+}
+
+/// A delta that is still being repeated.
+#[derive(Debug)]
+struct Recent {
+    fragments: Vec<Fragment>,
+    repeats: u8,
+}
+
+/// A wheel, its clay and its people.
+#[derive(Debug)]
+pub(super) struct Bench {
+    pot: Pot,
+    author: Author,
+    touched: Touched,
+    conditions: Conditions,
+    substep: SubStep,
+    seats: BTreeMap<PeerId, Seat>,
+    recent: VecDeque<Recent>,
+    pulses: u64,
+    /// The tick of the last pulse.
+    snapshot_tick: Tick,
+    acknowledged: BTreeMap<PeerId, u32>,
+    presses: Vec<Press>,
+    pressing: Vec<(PeerId, ToolSample)>,
+}
+
+impl Bench {
+    pub(super) fn new(mut pot: Pot, method: MethodKind, wheel_speed: Rpm) -> Self {
+        let author = Author::new(&mut pot);
+        let wheel = Wheel::starting_at(Tick(0), crate::clay::Phase(0), Wheel::rate_of(wheel_speed));
+        Self {
+            touched: Touched::none(pot.surfaces().iter().map(Surface::shape)),
+            substep: SubStep::for_grid(pot.spec().shape),
+            pot,
+            author,
+            conditions: Conditions { wheel, material: Schedule::default(), method },
+            seats: BTreeMap::new(),
+            recent: VecDeque::new(),
+            pulses: 0,
+            snapshot_tick: Tick(0),
+            acknowledged: BTreeMap::new(),
+            presses: Vec::new(),
+            pressing: Vec::new(),
+        }
+    }
+
+    pub(super) const fn pot(&self) -> &Pot {
+        &self.pot
+    }
+
+    pub(super) fn digest(&self) -> u64 {
+        self.author.digest()
+    }
+
+    pub(super) fn refusals(&self) -> Refusals {
+        let mut sum = Refusals::default();
+        for seat in self.seats.values() {
+            sum.add(seat.peer.inputs().refusals());
+        }
+        sum
+    }
+
+    /// Gives a new peer its place, its welcome and the clay as it is.
+    pub(super) fn seat(&mut self, peer: PeerId, client: u16, now: Tick, outbox: &mut VecDeque<Transmit>) {
+        self.seats.insert(peer, Seat { client, peer: Peer::default(), leaving: false });
+        let spec = self.pot.spec();
+        let welcome = Welcome {
+            client,
+            now: now.0,
+            pot: PotWire {
+                columns: spec.shape.columns(),
+                rows: spec.shape.rows(),
+                height_m: spec.height.0,
+                radius_m: spec.radius.0,
+                wall_m: spec.wall.0,
+            },
+            wheel: self
+                .conditions
+                .wheel
+                .segments()
+                .map(|(from, phase, rate)| WheelWire { from: from.0, phase: phase.0, rate })
+                .collect(),
+            viscosity: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.viscosity.0)).collect(),
+            method: self.conditions.method.number(),
+        };
+        let notice = Peer::notice(&Notice::Welcome(welcome));
+        outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
+        if self.author.latest() > Version(0) {
+            self.resync(peer, 0, outbox);
+        }
+    }
+
+    /// Lets a peer go once its samples are pressed.
+    pub(super) fn leave(&mut self, peer: PeerId) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.leaving = true;
+        }
+    }
+
+    pub(super) fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8], now: Tick) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.peer.handle_datagram(bytes, now);
+        }
+    }
+
+    pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick, outbox: &mut VecDeque<Transmit>) {
+        let from = now.offset(NOTICE_TICKS);
+        self.conditions.wheel.schedule(from, Wheel::rate_of(speed));
+        let (phase, rate) = (self.conditions.wheel.phase(from).0, self.conditions.wheel.rate(from));
+        self.tell_all(&Notice::Wheel(WheelWire { from: from.0, phase, rate }), outbox);
+    }
+
+    pub(super) fn set_viscosity(&mut self, seconds: f32, now: Tick, outbox: &mut VecDeque<Transmit>) {
+        let from = now.offset(NOTICE_TICKS);
+        let material = Material::new(Seconds(seconds));
+        self.conditions.material.set(from, material);
+        self.tell_all(&Notice::Viscosity { from: from.0, seconds: material.viscosity.0 }, outbox);
+    }
+
+    fn tell_all(&self, notice: &Notice, outbox: &mut VecDeque<Transmit>) {
+        let frame = Peer::notice(notice);
+        for (&to, _) in self.present() {
+            outbox.push_back(Transmit { to, lane: Lane::Control(frame.clone()) });
+        }
+    }
+
+    fn present(&self) -> impl Iterator<Item = (&PeerId, &Seat)> {
+        self.seats.iter().filter(|(_, seat)| !seat.leaving)
+    }
+
+    /// Sends one peer everything newer than `have`.
+    pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut VecDeque<Transmit>) {
+        // a version that never was cannot be built upon
+        let since = if have > self.author.latest().0 { 0 } else { have };
+        let keyframe = Keyframe {
+            version: self.author.latest().0,
+            since,
+            tick: self.snapshot_tick.0,
+            acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
+            bytes: self.author.keyframe(Version(since)),
+        };
+        outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
+    }
+
+    /// Does one tick: every due sample, then a snapshot and a pulse if it is time.
+    pub(super) fn step(&mut self, tick: Tick, outbox: &mut VecDeque<Transmit>, gone: &mut Refusals) {
+        if self.seats.is_empty() {
+            return;
+        }
+        for _ in 0..CATCH_UP_MAX {
+            if !self.press_due(tick) {
+                break;
+            }
+        }
+        if SnapshotClock::is_due(tick) {
+            let delta = self.author.publish(&mut self.pot, &mut self.touched);
+            self.snapshot_tick = tick;
+            self.note_acknowledged(gone);
+            self.pulse(tick, delta, outbox);
+        }
+    }
+
+    /// Presses the oldest due sample of every tool as one Jacobi step; false when none was due.
+    fn press_due(&mut self, tick: Tick) -> bool {
+        self.presses.clear();
+        self.pressing.clear();
+        for (&peer, seat) in &mut self.seats {
+            if let Some(sample) = seat.peer.take_due(tick) {
+                self.presses.push(self.conditions.press(&sample));
+                self.pressing.push((peer, sample));
+            }
+        }
+        if self.presses.is_empty() {
+            return false;
+        }
+        let touched = &mut self.touched;
+        let contacts = self.substep.advance(&mut self.pot, &self.presses, self.conditions.method, |surface, window| {
+            touched.add_window(surface, window);
+        });
+        for (&(peer, sample), contact) in self.pressing.iter().zip(contacts) {
+            if let Some(seat) = self.seats.get_mut(&peer) {
+                seat.peer.note_tool(sample, contact.elements > 0);
+            }
+        }
+        true
+    }
+
+    /// Fixes what the snapshot holds of everybody's samples, and lets go who is through.
+    fn note_acknowledged(&mut self, gone: &mut Refusals) {
+        self.seats.retain(|_, seat| {
+            let through = seat.leaving && seat.peer.inputs().is_empty();
+            if through {
+                gone.add(seat.peer.inputs().refusals());
+            }
+            !through
+        });
+        self.acknowledged.clear();
+        self.acknowledged.extend(self.seats.iter().map(|(&peer, seat)| (peer, seat.peer.inputs().acknowledged())));
+    }
+
+    fn pulse(&mut self, tick: Tick, delta: Option<Delta>, outbox: &mut VecDeque<Transmit>) {
+        if let Some(delta) = delta {
+            self.recent.push_back(Recent { fragments: fragments(&delta), repeats: REPEATS });
+        }
+        let tools: Vec<ToolWire> = self
+            .present()
+            .filter_map(|(_, seat)| seat.peer.tool(seat.client, tick, TOOL_SHOWN_TICKS))
+            .take(TOOLS_MAX)
+            .collect();
+        let digest = self.pulses.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
+        self.pulses += 1;
+        let first =
+            Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
+        let bodies = bodies(first, self.recent.iter().flat_map(|recent| &recent.fragments));
+        for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
+            let head = seat.peer.pulse_head();
+            for body in &bodies {
+                outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
+            }
+        }
+        for recent in &mut self.recent {
+            recent.repeats -= 1;
+        }
+        self.recent.retain(|recent| recent.repeats > 0);
+    }
+}
+
+/// A delta cut into pieces that fit a datagram.
+fn fragments(delta: &Delta) -> Vec<Fragment> {
+    let count = delta.bytes.len().div_ceil(FRAGMENT_BYTES).max(1);
+    (0..count)
+        .map(|index| {
+            let end = delta.bytes.len().min((index + 1) * FRAGMENT_BYTES);
+            let bytes = delta.bytes[index * FRAGMENT_BYTES..end].to_vec();
+            Fragment { version: delta.version.0, index: index as u16, count: count as u16, bytes }
+        })
+        .collect()
+}
+
+/// Encoded bodies that carry all fragments, each small enough for a datagram.
+fn bodies<'a>(first: Body, fragments: impl Iterator<Item = &'a Fragment>) -> Vec<Vec<u8>> {
+    let (tick, latest) = (first.tick, first.latest);
+    let mut size = protocol::encode(&first).len() + OVERHEAD_BYTES;
+    let mut all = alloc::vec![first];
+    for fragment in fragments {
+        let added = fragment.bytes.len() + 16;
+        if size + added > protocol::DATAGRAM_MAX {
+            all.push(Body { tick, latest, digest: None, tools: None, fragments: Vec::new() });
+            size = OVERHEAD_BYTES;
+        }
+        size += added;
+        if let Some(body) = all.last_mut() {
+            body.fragments.push(fragment.clone());
+        }
+    }
+    all.iter().map(protocol::encode).collect()
+}

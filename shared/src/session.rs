@@ -1,0 +1,17 @@
+//! The state of a connection, for both ends: what arrived (`handle_*`) and what to send (`poll_*`).
+//!
+//! Holds no socket and no clock; bytes and time are arguments.
+//! Invariant: whatever a peer sends, a session answers with an event, an error or a counted refusal, and holds bounded
+//! memory.
+
+mod assembly;
+mod client;
+mod inputs;
+mod lead;
+mod peer;
+mod runs;
+
+pub use client::{Client, ClientError, ClientEvent, RemoteTool};
+pub use inputs::{InputQueue, Refusals};
+pub use lead::Lead;
+pub use peer::{Peer, PeerError};

@@ -1,0 +1,420 @@
+//! The client's end of a connection: from the greeting to the clay that is held and predicted.
+//!
+//! Owns the replica, the predictor, the lead and what is still to be sent.
+//! Invariant: after every call, prediction stands on the newest confirmed clay that is whole.
+
+use alloc::collections::VecDeque;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+use super::assembly::Assembly;
+use super::lead::Lead;
+use super::runs;
+use crate::clay::{Conditions, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Schedule, Wheel};
+use crate::prediction::{Patch, Predictor};
+use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
+use crate::snapshot::{Replica, SnapshotError, Touched, Version};
+use crate::tool::{Position, Sphere, ToolSample};
+use crate::units::{Metres, Seconds, Tick};
+
+/// Why a session cannot go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClientError {
+    /// The server does not let the client in.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The server says what no server of this version says.
+    #[error("the server's answer makes no sense ({0}); is it a pottery studio of this version?")]
+    Protocol(#[from] protocol::ProtocolError),
+    /// The pot the server describes cannot be made.
+    #[error("the server's pot cannot be made: {0}")]
+    Pot(String),
+}
+
+/// What the caller may want to know.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ClientEvent {
+    /// The clay was confirmed; by how much the prediction under own tools had to be corrected, if there was any.
+    Confirmed {
+        /// Largest correction.
+        correction: Option<Metres>,
+    },
+    /// The wheel's or the clay's settings changed.
+    Conditions,
+    /// The server stops.
+    Closing,
+}
+
+/// Somebody's tool as last heard of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemoteTool {
+    /// Whose: the number given in the welcome.
+    pub client: u16,
+    /// The tool.
+    pub tool: Sphere,
+    /// Its centre in the room.
+    pub centre: Position,
+    /// Whether it touches clay.
+    pub touching: bool,
+}
+
+/// A client that was let in.
+#[derive(Debug)]
+pub struct Client {
+    number: u16,
+    conditions: Conditions,
+    replica: Replica,
+    predictor: Predictor,
+    lead: Lead,
+    assembly: Assembly,
+    tools: Vec<RemoteTool>,
+    tools_tick: Tick,
+    /// Tiles in which the predicted clay changed since the caller last asked.
+    changed: Touched,
+    control: VecDeque<Vec<u8>>,
+    events: VecDeque<ClientEvent>,
+    /// Number of the first own sample never sent.
+    unsent: u32,
+    acknowledged: u32,
+    progress_at: Duration,
+    repeated_at: Duration,
+    behind_since: Option<Duration>,
+    mismatches: u64,
+    resyncs: u64,
+}
+
+impl Client {
+    /// Samples repeated in every datagram beside the new ones.
+    const REDUNDANT: u32 = 40;
+    /// Silence about own samples after which everything unacknowledged is sent again.
+    const REPEAT_AFTER: Duration = Duration::from_millis(150);
+    /// Time without a whole snapshot after which the missing tiles are asked for.
+    const RESYNC_AFTER: Duration = Duration::from_millis(200);
+
+    /// The first frame to send.
+    #[must_use]
+    pub fn greeting(code: &str, wheel: u16) -> Vec<u8> {
+        let hello = protocol::encode(&Hello { code: String::from(code), wheel });
+        let version = protocol::VERSION.to_le_bytes();
+        protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
+    }
+
+    /// The session that the server's first frame opens.
+    ///
+    /// `local` is the client's own count of ticks now, `round_trip` the measured one; both set the first lead.
+    ///
+    /// # Errors
+    /// [`ClientError`] when the server refuses or cannot be understood.
+    pub fn open(answer: &[u8], local: u64, round_trip: Duration) -> Result<Self, ClientError> {
+        let welcome = match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(answer)? {
+            Notice::Welcome(welcome) => welcome,
+            Notice::Refused(refusal) => return Err(refusal.into()),
+            _ => return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into()),
+        };
+        let pot = pot_of(&welcome).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
+        let replica = Replica::new(pot);
+        let now = Tick(welcome.now);
+        let changed = Touched::none(replica.pot().surfaces().iter().map(crate::clay::Surface::shape));
+        let ahead = round_trip.as_millis() as u64 + 25;
+        Ok(Self {
+            number: welcome.client,
+            conditions: conditions_of(&welcome),
+            predictor: Predictor::new(&replica, now),
+            replica,
+            lead: Lead::new(local, now, ahead),
+            assembly: Assembly::default(),
+            tools: Vec::new(),
+            tools_tick: Tick(0),
+            changed,
+            control: VecDeque::new(),
+            events: VecDeque::new(),
+            unsent: 0,
+            acknowledged: 0,
+            progress_at: Duration::ZERO,
+            repeated_at: Duration::ZERO,
+            behind_since: None,
+            mismatches: 0,
+            resyncs: 0,
+        })
+    }
+
+    /// Its number in the room.
+    #[must_use]
+    pub const fn number(&self) -> u16 {
+        self.number
+    }
+
+    /// The confirmed clay.
+    #[must_use]
+    pub const fn replica(&self) -> &Replica {
+        &self.replica
+    }
+
+    /// Brings a patch up to the predicted clay, with what it is predicted under.
+    pub fn patch_into(&self, patch: &mut Patch) {
+        patch.field.copy_from(self.predictor.field());
+        patch.conditions.clone_from(&self.conditions);
+    }
+
+    /// A patch of its own.
+    #[must_use]
+    pub fn patch(&self) -> Patch {
+        Patch { field: self.predictor.field().clone(), conditions: self.conditions.clone() }
+    }
+
+    /// The predicted clay.
+    #[must_use]
+    pub const fn predicted(&self) -> &Pot {
+        self.predictor.field().pot()
+    }
+
+    /// Wheel, material and method.
+    #[must_use]
+    pub const fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
+    /// What to add to a local tick to get the tick to stamp.
+    #[must_use]
+    pub const fn tick_offset(&self) -> i64 {
+        self.lead.offset()
+    }
+
+    /// Everybody's tools, the client's own included.
+    #[must_use]
+    pub fn tools(&self) -> &[RemoteTool] {
+        &self.tools
+    }
+
+    /// Digests that did not match; each was mended by asking for the whole pot.
+    #[must_use]
+    pub const fn mismatches(&self) -> u64 {
+        self.mismatches
+    }
+
+    /// How often missing tiles had to be asked for.
+    #[must_use]
+    pub const fn resyncs(&self) -> u64 {
+        self.resyncs
+    }
+
+    /// Whether every own sample has been confirmed and the newest known snapshot is held.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.predictor.pending().is_empty() && self.assembly.latest() <= self.replica.version()
+    }
+
+    /// Moves the tiles in which the predicted clay changed since the last call into `changed`.
+    pub fn take_changed(&mut self, changed: &mut Touched) {
+        changed.add_all(&self.changed);
+        self.changed.clear();
+    }
+
+    /// Takes in one of the client's own samples; false when it was dropped, since it is not later than the last one
+    /// or too many are unacknowledged.
+    pub fn handle_sample(&mut self, sample: ToolSample) -> bool {
+        let can_take = self.predictor.can_take(&sample);
+        if can_take {
+            self.predictor.handle_sample(sample, &self.conditions, &mut self.changed);
+        }
+        can_take
+    }
+
+    /// Takes in a control frame.
+    ///
+    /// # Errors
+    /// [`ClientError`] when it makes no sense; the connection is then useless.
+    pub fn handle_control(&mut self, frame: &[u8]) -> Result<(), ClientError> {
+        match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
+            Notice::Wheel(wheel) => {
+                self.conditions.wheel.schedule(Tick(wheel.from), wheel.rate);
+                self.events.push_back(ClientEvent::Conditions);
+            }
+            Notice::Viscosity { from, seconds } => {
+                self.conditions.material.set(Tick(from), Material::new(Seconds(seconds)));
+                self.events.push_back(ClientEvent::Conditions);
+            }
+            Notice::Closing => self.events.push_back(ClientEvent::Closing),
+            Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::Welcome(_) => return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into()),
+        }
+        Ok(())
+    }
+
+    /// Takes in a datagram; false when it made no sense and was dropped.
+    pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
+        let Ok(pulse) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(bytes) else { return false };
+        if let Some(slack) = pulse.head.slack {
+            self.lead.handle_slack(slack, now);
+        }
+        let mut body = pulse.body;
+        if let Some(tools) = body.tools.take()
+            && Tick(body.tick) > self.tools_tick
+        {
+            self.tools_tick = Tick(body.tick);
+            self.tools = tools.iter().filter_map(tool_of).collect();
+        }
+        let sound = self.assembly.handle(body, pulse.head.acknowledged, self.replica.version());
+        self.catch_up(now);
+        sound
+    }
+
+    /// Takes in a keyframe stream; false when it made no sense and was dropped.
+    pub fn handle_keyframe(&mut self, bytes: &[u8], now: Duration) -> bool {
+        let Ok(keyframe) = protocol::decode::<{ protocol::KEYFRAME_MAX }, Keyframe>(bytes) else { return false };
+        let (version, since) = (Version(keyframe.version), Version(keyframe.since));
+        if version < self.replica.version() {
+            return true;
+        }
+        let mut news = self.no_tiles();
+        if self.replica.apply_keyframe(version, since, &keyframe.bytes, &mut news).is_err() {
+            return false;
+        }
+        self.confirm(Tick(keyframe.tick), keyframe.acknowledged, &news, now);
+        self.assembly.forget(version);
+        self.behind_since = None;
+        self.catch_up(now);
+        true
+    }
+
+    fn no_tiles(&self) -> Touched {
+        Touched::none(self.replica.pot().surfaces().iter().map(crate::clay::Surface::shape))
+    }
+
+    /// Applies every delta that is whole, checks the digest and asks for what stays missing.
+    fn catch_up(&mut self, now: Duration) {
+        let held = self.replica.version();
+        if let Some((version, standing)) = self.assembly.reachable(held) {
+            let mut news = self.no_tiles();
+            let mut applied = Ok(());
+            while applied.is_ok() && self.replica.version() < version {
+                let next = self.replica.version().next();
+                let bytes = self.assembly.take(next);
+                applied = self.replica.apply_delta(next, &bytes, &mut news);
+            }
+            if self.replica.version() > held || standing.acknowledged != self.acknowledged {
+                self.confirm(standing.tick, standing.acknowledged, &news, now);
+            }
+            self.assembly.forget(self.replica.version());
+            if let Err(SnapshotError::Malformed { .. } | SnapshotError::NotNext { .. }) = applied {
+                self.resync(Version(0));
+            }
+        }
+        if let Some(digest) = self.assembly.take_digest(self.replica.version())
+            && digest != self.replica.digest()
+        {
+            self.mismatches += 1;
+            self.resync(Version(0));
+        }
+        if self.assembly.latest() <= self.replica.version() {
+            self.behind_since = None;
+        } else if now.saturating_sub(*self.behind_since.get_or_insert(now)) >= Self::RESYNC_AFTER {
+            self.behind_since = Some(now + Self::RESYNC_AFTER * 4);
+            self.resync(self.replica.version());
+        }
+    }
+
+    fn resync(&mut self, have: Version) {
+        self.resyncs += 1;
+        self.request(&Request::Resync { have: have.0 });
+    }
+
+    fn confirm(&mut self, tick: Tick, acknowledged: u32, news: &Touched, now: Duration) {
+        if (acknowledged.wrapping_sub(self.acknowledged) as i32) > 0 {
+            self.acknowledged = acknowledged;
+            self.progress_at = now;
+        }
+        let correction = self.predictor.handle_confirmed(
+            &self.replica,
+            tick,
+            self.acknowledged,
+            &self.conditions,
+            news,
+            &mut self.changed,
+        );
+        self.events.push_back(ClientEvent::Confirmed { correction });
+    }
+
+    /// Asks the server for something.
+    pub fn request(&mut self, request: &Request) {
+        self.control.push_back(protocol::frame(&protocol::encode(request)));
+    }
+
+    /// The next control frame to send.
+    pub fn poll_control(&mut self) -> Option<Vec<u8>> {
+        self.control.pop_front()
+    }
+
+    /// The next thing that happened.
+    pub fn poll_event(&mut self) -> Option<ClientEvent> {
+        self.events.pop_front()
+    }
+
+    /// The next datagram of samples to send; ask again until there is none.
+    pub fn poll_datagram(&mut self, now: Duration) -> Option<Vec<u8>> {
+        let pending = self.predictor.pending();
+        let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
+        let silent_since = self.progress_at.max(self.repeated_at);
+        let anything_unsent = (newest.wrapping_sub(self.unsent) as i32) >= 0;
+        let start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
+            self.repeated_at = now;
+            oldest
+        } else if anything_unsent {
+            let behind_oldest = self.unsent.wrapping_sub(oldest) as i32;
+            if behind_oldest <= 0 {
+                oldest
+            } else {
+                self.unsent.wrapping_sub(Self::REDUNDANT.min(behind_oldest as u32))
+            }
+        } else {
+            return None;
+        };
+        let skip = start.wrapping_sub(oldest) as usize;
+        let (inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16);
+        let end = start.wrapping_add(count);
+        if (end.wrapping_sub(self.unsent) as i32) > 0 {
+            self.unsent = end;
+        }
+        Some(protocol::encode(&inputs))
+    }
+}
+
+fn pot_of(welcome: &Welcome) -> Result<Pot, crate::clay::PotError> {
+    let pot = &welcome.pot;
+    Pot::new(PotSpec {
+        shape: GridShape::new(pot.columns, pot.rows)?,
+        height: Metres(pot.height_m),
+        radius: Metres(pot.radius_m),
+        wall: Metres(pot.wall_m),
+    })
+}
+
+fn conditions_of(welcome: &Welcome) -> Conditions {
+    let mut conditions = Conditions { method: MethodKind::from_number(welcome.method), ..Conditions::default() };
+    let mut segments = welcome.wheel.iter();
+    if let Some(WheelWire { from, phase, rate }) = segments.next() {
+        conditions.wheel = Wheel::starting_at(Tick(*from), Phase(*phase), *rate);
+    }
+    for segment in segments {
+        conditions.wheel.schedule(Tick(segment.from), segment.rate);
+    }
+    let mut entries = welcome.viscosity.iter().map(|(from, seconds)| (Tick(*from), Material::new(Seconds(*seconds))));
+    if let Some((_, material)) = entries.next() {
+        conditions.material = Schedule::new(material);
+    }
+    for (from, material) in entries {
+        conditions.material.set(from, material);
+    }
+    conditions
+}
+
+fn tool_of(tool: &ToolWire) -> Option<RemoteTool> {
+    let centre = Position(tool.centre);
+    centre.is_within_reach().then_some(RemoteTool {
+        client: tool.client,
+        tool: runs::tool_of_um(tool.radius_um)?,
+        centre,
+        touching: tool.touching,
+    })
+}

@@ -1,0 +1,109 @@
+//! The server's end of a connection: the greeting, requests and samples of one client.
+//!
+//! Owns what one client may say; what it does to the clay is the room's affair.
+//! Invariant: nothing but a sound greeting is heard from a peer that has not been let in.
+
+use alloc::vec::Vec;
+
+use super::inputs::InputQueue;
+use super::runs;
+use crate::protocol::{self, Greeting, Hello, Inputs, Notice, Pulse, PulseHead, Refusal, Request, ToolWire};
+use crate::tool::{Position, ToolSample};
+use crate::units::Tick;
+
+/// What a peer said that cannot be answered; close the connection.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PeerError {
+    /// It may not come in, and is told why.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// It does not speak this protocol.
+    #[error(transparent)]
+    Protocol(#[from] protocol::ProtocolError),
+}
+
+/// One client's connection, as the server sees it.
+#[derive(Debug, Default)]
+pub struct Peer {
+    inputs: InputQueue,
+    last: Option<(ToolSample, bool)>,
+}
+
+impl Peer {
+    /// Reads the first frame of a connection.
+    ///
+    /// # Errors
+    /// [`PeerError`] for another version or no greeting at all.
+    pub fn read_greeting(frame: &[u8]) -> Result<Hello, PeerError> {
+        let greeting: Greeting =
+            protocol::decode::<{ protocol::CONTROL_MAX }, _>(frame).map_err(|_| Refusal::Greeting)?;
+        if greeting.magic != Greeting::MAGIC {
+            return Err(Refusal::Greeting.into());
+        }
+        let client = u16::from_le_bytes(greeting.version);
+        if client != protocol::VERSION {
+            return Err(Refusal::Version { server: protocol::VERSION, client }.into());
+        }
+        Ok(protocol::decode::<{ protocol::CONTROL_MAX }, _>(&greeting.hello).map_err(|_| Refusal::Greeting)?)
+    }
+
+    /// Reads a later frame.
+    ///
+    /// # Errors
+    /// [`PeerError::Protocol`] when it is no request.
+    pub fn read_request(frame: &[u8]) -> Result<Request, PeerError> {
+        Ok(protocol::decode::<{ protocol::CONTROL_MAX }, _>(frame)?)
+    }
+
+    /// A notice ready for the control stream.
+    #[must_use]
+    pub fn notice(notice: &Notice) -> Vec<u8> {
+        protocol::frame(&protocol::encode(notice))
+    }
+
+    /// Takes in a datagram while `now` is the next tick to be done; refusals are counted.
+    pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick) {
+        match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Inputs>(bytes) {
+            Ok(inputs) => self.inputs.handle_inputs(&inputs, now),
+            Err(_) => self.inputs.count_malformed(),
+        }
+    }
+
+    /// Its samples.
+    #[must_use]
+    pub const fn inputs(&self) -> &InputQueue {
+        &self.inputs
+    }
+
+    /// The oldest sample that is due, taken out.
+    pub fn take_due(&mut self, tick: Tick) -> Option<ToolSample> {
+        self.inputs.take_due(tick)
+    }
+
+    /// Notes where the tool was pressed last, and whether it touched.
+    pub const fn note_tool(&mut self, sample: ToolSample, touching: bool) {
+        self.last = Some((sample, touching));
+    }
+
+    /// Its tool as others should see it, when it moved within `ticks` before `now`.
+    #[must_use]
+    pub fn tool(&self, client: u16, now: Tick, ticks: i64) -> Option<ToolWire> {
+        let (sample, touching) = self.last.filter(|(sample, _)| now.since(sample.tick) < ticks)?;
+        let Position(centre) = sample.centre;
+        Some(ToolWire { client, centre, radius_um: runs::radius_um(sample.tool), touching })
+    }
+
+    /// The datagram for this client with a body that all share.
+    pub fn pulse_head(&mut self) -> PulseHead {
+        PulseHead { acknowledged: self.inputs.acknowledged(), slack: self.inputs.take_slack() }
+    }
+
+    /// A head and an encoded body make a datagram, since a message is the bytes of its fields in order.
+    #[must_use]
+    pub fn pulse(head: &PulseHead, body: &[u8]) -> Vec<u8> {
+        let mut bytes = protocol::encode(head);
+        bytes.extend_from_slice(body);
+        debug_assert!(protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(&bytes).is_ok());
+        bytes
+    }
+}

@@ -1,0 +1,244 @@
+//! A room and its clients joined in one process, over virtual time and a lossy, reordering, duplicating wire.
+//!
+//! No socket and no runtime: what one end polls is handed to the other after a seeded delay.
+//! Invariant under test: whatever the wire does to datagrams, all ends hold the same clay after a quiet time.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use glam::Vec3;
+use pottery_shared::clay::{MethodKind, PotSpec};
+use pottery_shared::protocol::FrameReader;
+use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
+use pottery_shared::session::{Client, ClientEvent};
+use pottery_shared::tool::{Position, Sphere, ToolSample};
+use pottery_shared::units::{Rpm, Tick};
+
+/// splitmix64: enough for a test's dice.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^ (bits >> 31)
+    }
+    fn percent(&mut self, chance: u64) -> bool {
+        self.roll() % 100 < chance
+    }
+}
+
+struct Wire {
+    delay_ms: u64,
+    jitter_ms: u64,
+    loss_percent: u64,
+    duplicate_percent: u64,
+}
+
+enum Parcel {
+    ToServer(PeerId, Vec<u8>),
+    ControlToServer(PeerId, Vec<u8>),
+    ToClient(PeerId, Vec<u8>),
+    ControlToClient(PeerId, Vec<u8>),
+    KeyframeToClient(PeerId, Vec<u8>),
+}
+
+struct World {
+    room: Room,
+    clients: BTreeMap<PeerId, (Option<Client>, FrameReader)>,
+    parcels: BTreeMap<(u64, u64), Parcel>,
+    sent: u64,
+    wire: Wire,
+    dice: Dice,
+    corrections_um: Vec<f32>,
+    down_bytes: u64,
+    up_bytes: u64,
+}
+
+impl World {
+    fn new(people: u64, wire: Wire, seed: u64) -> Self {
+        let room = Room::new(RoomConfig {
+            code: "CLAY".into(),
+            wheels: 1,
+            people_max: 8,
+            pot: PotSpec::default(),
+            method: MethodKind::Improved,
+            wheel_speed: Rpm(60.0),
+        })
+        .unwrap();
+        let mut world = Self {
+            room,
+            clients: BTreeMap::new(),
+            parcels: BTreeMap::new(),
+            sent: 0,
+            wire,
+            dice: Dice(seed),
+            corrections_um: Vec::new(),
+            down_bytes: 0,
+            up_bytes: 0,
+        };
+        for person in 0..people {
+            let peer = PeerId(person);
+            world.clients.insert(peer, (None, FrameReader::default()));
+            let greeting = Client::greeting("CLAY", 1);
+            world.post(0, true, Parcel::ControlToServer(peer, greeting));
+        }
+        world
+    }
+
+    fn post(&mut self, now: u64, reliable: bool, parcel: Parcel) {
+        if !reliable && self.dice.percent(self.wire.loss_percent) {
+            return;
+        }
+        let jitter = if reliable { 0 } else { self.dice.roll() % (self.wire.jitter_ms + 1) };
+        self.sent += 1;
+        self.parcels.insert((now + self.wire.delay_ms + jitter, self.sent), parcel);
+    }
+
+    fn post_datagram(&mut self, now: u64, bytes: Vec<u8>, wrap: impl Fn(Vec<u8>) -> Parcel) {
+        if self.dice.percent(self.wire.duplicate_percent) {
+            self.post(now, false, wrap(bytes.clone()));
+        }
+        self.post(now, false, wrap(bytes));
+    }
+
+    fn step(&mut self, now: u64, hand: impl Fn(u64, u64) -> Option<Vec3>) {
+        let time = Duration::from_millis(now);
+        self.room.advance(Tick(now));
+        while let Some(transmit) = self.room.poll_transmit() {
+            let to = transmit.to;
+            match transmit.lane {
+                Lane::Datagram(bytes) => {
+                    assert!(bytes.len() <= 1150, "{} bytes", bytes.len());
+                    self.down_bytes += bytes.len() as u64;
+                    self.post_datagram(now, bytes, |bytes| Parcel::ToClient(to, bytes));
+                }
+                Lane::Control(bytes) => self.post(now, true, Parcel::ControlToClient(to, bytes)),
+                Lane::Keyframe(bytes) => self.post(now, true, Parcel::KeyframeToClient(to, bytes)),
+                Lane::Close => {}
+            }
+        }
+        while let Some(entry) = self.parcels.first_entry() {
+            if entry.key().0 > now {
+                break;
+            }
+            let parcel = entry.remove();
+            self.deliver(parcel, now, time);
+        }
+        let peers: Vec<_> = self.clients.keys().copied().collect();
+        for peer in peers {
+            let Some((Some(client), _)) = self.clients.get_mut(&peer) else { continue };
+            let tick = Tick(0).offset(now as i64 + client.tick_offset());
+            if let Some(point) = hand(peer.0, now) {
+                let centre = Position::nearest(point).unwrap();
+                client.handle_sample(ToolSample { tick, tool: Sphere::default(), centre });
+            }
+            let mut outgoing = Vec::new();
+            if now % 10 == peer.0 {
+                outgoing.extend(std::iter::from_fn(|| client.poll_datagram(time)));
+            }
+            while let Some(event) = client.poll_event() {
+                if let ClientEvent::Confirmed { correction: Some(correction) } = event {
+                    self.corrections_um.push(correction.0 * 1e6);
+                }
+            }
+            let frames: Vec<_> = std::iter::from_fn(|| client.poll_control()).collect();
+            for bytes in outgoing {
+                self.up_bytes += bytes.len() as u64;
+                self.post_datagram(now, bytes, |bytes| Parcel::ToServer(peer, bytes));
+            }
+            for frame in frames {
+                self.post(now, true, Parcel::ControlToServer(peer, frame));
+            }
+        }
+    }
+
+    fn deliver(&mut self, parcel: Parcel, now: u64, time: Duration) {
+        match parcel {
+            Parcel::ToServer(peer, bytes) => self.room.handle_datagram(peer, &bytes),
+            Parcel::ControlToServer(peer, bytes) => {
+                let mut reader = FrameReader::default();
+                reader.push(&bytes);
+                self.room.handle_control(peer, &reader.next_frame().unwrap().unwrap());
+            }
+            Parcel::ControlToClient(peer, bytes) => {
+                let (client, reader) = self.clients.get_mut(&peer).unwrap();
+                reader.push(&bytes);
+                while let Some(frame) = reader.next_frame().unwrap() {
+                    match client {
+                        Some(client) => client.handle_control(&frame).unwrap(),
+                        None => {
+                            let round_trip = Duration::from_millis(2 * self.wire.delay_ms + self.wire.jitter_ms);
+                            *client = Some(Client::open(&frame, now, round_trip).unwrap());
+                        }
+                    }
+                }
+            }
+            Parcel::ToClient(peer, bytes) => {
+                if let Some((Some(client), _)) = self.clients.get_mut(&peer) {
+                    assert!(client.handle_datagram(&bytes, time));
+                }
+            }
+            Parcel::KeyframeToClient(peer, bytes) => {
+                if let Some((Some(client), _)) = self.clients.get_mut(&peer) {
+                    assert!(client.handle_keyframe(&bytes, time));
+                }
+            }
+        }
+    }
+
+    fn assert_settled(&self, seed: u64) {
+        for (peer, (client, _)) in &self.clients {
+            let client = client.as_ref().unwrap();
+            assert!(client.is_settled(), "seed {seed}: {peer:?} has {:?}", client.replica().version());
+            assert_eq!(Some(client.replica().digest()), self.room.digest(0), "seed {seed}: {peer:?}");
+            assert_eq!(client.mismatches(), 0, "seed {seed}: {peer:?}");
+            assert_eq!(client.predicted().digest(), self.room.pot(0).unwrap().digest(), "seed {seed}: {peer:?}");
+        }
+    }
+}
+
+/// Two people opposite each other, the third over the first.
+fn hand(person: u64, now: u64) -> Option<Vec3> {
+    if !(400..3400).contains(&now) {
+        return None;
+    }
+    let time = (now - 400) as f32 * 1e-3;
+    let angle = person as f32 * 2.2;
+    let distance = 0.072 - 0.004 * (time * 2.0).sin().max(0.0);
+    let height = 0.1 + 0.03 * (time + person as f32).sin();
+    Some(Vec3::new(distance * angle.cos(), distance * angle.sin(), height))
+}
+
+#[test]
+fn everybody_holds_the_same_clay_after_loss_reorder_and_duplication() {
+    for seed in 0..6 {
+        let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 10, duplicate_percent: 5 };
+        let mut world = World::new(3, wire, seed);
+        let untouched = world.room.pot(0).unwrap().enclosed_volume_m3();
+        for now in 0..4800 {
+            world.step(now, hand);
+        }
+        world.assert_settled(seed);
+        let pressed_mm3 = (untouched - world.room.pot(0).unwrap().enclosed_volume_m3()) * 1e9;
+        assert!(pressed_mm3 > 5_000.0, "seed {seed}: {pressed_mm3} mm³");
+        println!("seed {seed}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
+    }
+}
+
+#[test]
+fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
+    let wire = Wire { delay_ms: 40, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+    let mut world = World::new(1, wire, 1);
+    for now in 0..4200 {
+        world.step(now, hand);
+    }
+    world.assert_settled(1);
+    let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
+    assert!(world.corrections_um.len() > 100);
+    assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
