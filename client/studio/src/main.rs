@@ -1,1 +1,3 @@
-fn main(){}
+//! The pottery studio: the desktop application.
+
+fn main() {}

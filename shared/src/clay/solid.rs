@@ -14,7 +14,8 @@ pub type Triangle = [Vec3; 3];
 
 /// The pot as triangles that enclose its clay: outer wall, rim, inner wall, floor and underside.
 ///
-/// `stride` keeps every n-th column and row (the last row always); 1 keeps all.
+/// `stride` keeps every n-th column and row (the last row always); 1 keeps all. At least three columns are kept, since
+/// fewer enclose nothing.
 /// The floor lies one wall thickness above the wheel head, on the first kept row at or above it.
 ///
 /// # Panics
@@ -25,13 +26,15 @@ pub fn closed_solid(pot: &Pot, stride: u32) -> Vec<Triangle> {
     let [outer, inner] = pot.skins();
     let surface = &pot.surfaces()[outer.surface];
     let shape = surface.shape();
-    let columns: Vec<u32> = (0..shape.columns()).step_by(stride as usize).collect();
+    let column_stride = stride.min(shape.columns() / 3);
+    let columns: Vec<u32> = (0..shape.columns()).step_by(column_stride as usize).collect();
     let mut rows: Vec<u32> = (0..shape.rows()).step_by(stride as usize).collect();
     if rows.last() != Some(&(shape.rows() - 1)) {
         rows.push(shape.rows() - 1);
     }
     let floor_m = pot.spec().wall.0;
-    let floor = rows.iter().position(|&row| surface.row_z_m(row) >= floor_m).unwrap_or(0).clamp(1, rows.len() - 1);
+    // a wall thicker than the pot is high leaves no hollow: the floor is the rim
+    let floor = rows.iter().position(|&row| surface.row_z_m(row) >= floor_m).unwrap_or(rows.len() - 1).max(1);
 
     let point = |skin: super::Skin, column: u32, row: u32| {
         let (sin, cos) = libm::sincosf(column as f32 * shape.column_angle_rad());

@@ -1,0 +1,276 @@
+//! The stroke file: where a tool was at which time, as comma-separated text.
+//!
+//! Owns the format, both ways; knows no clay and no clock. `tests/data/strokes/README.md` describes it for people.
+//! Invariant: times ascend strictly, and every sample keeps the bounds of [`SampleError`]; a stroke has at least one.
+
+mod format;
+mod recorder;
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use glam::Vec3;
+use pottery_shared::tool::{Sphere, ToolError};
+use pottery_shared::units::{Metres, Rpm};
+
+pub use recorder::StrokeRecorder;
+
+/// Latest time a sample may have, s: one day.
+const TIME_MAX_S: f64 = 86_400.0;
+/// Farthest a tool may be from the foot of the pot, m.
+const DISTANCE_MAX_M: f64 = 1.0;
+/// Fastest a tool may move between two samples, m/s: a quick hand.
+const SPEED_MAX_M_S: f64 = 5.0;
+
+/// The path of a tool over the wheel, with the tool and the turning speed it was made with.
+///
+/// Times are seconds from the start of the file, places are the tool's centre in the room's frame: z up along the
+/// wheel's axis, the foot of the pot at z = 0.
+///
+/// ```
+/// use pottery_client::stroke::Stroke;
+/// use pottery_shared::units::Metres;
+///
+/// let stroke = Stroke::parse("# tool_radius_mm: 10\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.5,70,0,50\n")?;
+/// assert_eq!(stroke.tool_radius(), Metres::from_mm(10.0));
+/// let halfway = stroke.at(0.25).ok_or("the tool is there")?;
+/// assert!((halfway.x - 0.080).abs() < 1e-6);
+/// assert_eq!(stroke.at(0.6), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    tool: Sphere,
+    wheel_speed: Rpm,
+    samples: Vec<Sample>,
+}
+
+/// The tool at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sample {
+    time_s: f64,
+    centre_m: Vec3,
+    /// The tool was lifted before this sample, so that nothing lies between it and the one before.
+    after_lift: bool,
+}
+
+/// Why a sample cannot follow those before it.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SampleError {
+    /// The time is not a number or out of range; count seconds from the start of the stroke.
+    #[error("a time of {time_s} s cannot be used: count seconds from the start, from 0 to {max_s}")]
+    Time {
+        /// The time given, s.
+        time_s: f64,
+        /// Latest time, s.
+        max_s: f64,
+    },
+    /// The time does not come after the one before; sort the samples and leave out repeated ones.
+    #[error("{time_s} s does not come after {before_s} s: let the time grow from row to row")]
+    NotLater {
+        /// The time given, s.
+        time_s: f64,
+        /// The time of the sample before, s.
+        before_s: f64,
+    },
+    /// The place is not a number or too far away; give mm in the room's frame.
+    #[error(
+        "the tool is {distance_mm} mm from the foot of the pot, farther than {max_mm} mm: give millimetres, with the \
+         wheel's axis at x = y = 0"
+    )]
+    TooFar {
+        /// Distance from the origin, mm.
+        distance_mm: f64,
+        /// Largest distance, mm.
+        max_mm: f64,
+    },
+    /// The tool would move faster than a hand; take more samples, or lift the tool in between.
+    #[error(
+        "the tool moves at {speed_m_s:.2} m/s, faster than {max_m_s} m/s: check units and times, or part the rows by \
+         an empty line if the tool was away"
+    )]
+    TooFast {
+        /// Speed between the sample before and this one, m/s.
+        speed_m_s: f64,
+        /// Largest speed, m/s.
+        max_m_s: f64,
+    },
+}
+
+/// Why a stroke cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum StrokeError {
+    /// The file cannot be opened or is no text; check its name.
+    #[error("cannot read the stroke {}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A row stands where the header should; write the header first.
+    #[error("line {line}: expected the header `t_s,x_mm,y_mm,z_mm` before the first row, found {found:?}")]
+    Header {
+        /// Number of the line, from 1.
+        line: usize,
+        /// What stands there.
+        found: String,
+    },
+    /// There is no header, or no row under it; write at least one row.
+    #[error("the stroke is empty: write the header `t_s,x_mm,y_mm,z_mm` and at least one row under it")]
+    Empty,
+    /// A row has too few or too many columns; give four.
+    #[error("line {line}: found {found} columns, expected 4 separated by commas: t_s,x_mm,y_mm,z_mm")]
+    Columns {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Number of columns found.
+        found: usize,
+    },
+    /// A field is not a finite number; write it in digits with a decimal point.
+    #[error("line {line}: {field} is {text:?}, expected a finite number such as -12.5")]
+    Number {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Name of the column or of the setting.
+        field: &'static str,
+        /// What stands there.
+        text: String,
+    },
+    /// A setting is given a second time; keep one.
+    #[error("line {line}: {field} was given before: keep one of the two")]
+    Repeated {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Name of the setting.
+        field: &'static str,
+    },
+    /// The tool cannot be made; choose another radius.
+    #[error("line {line}: {source}")]
+    Tool {
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        source: ToolError,
+    },
+    /// The wheel cannot turn that fast; choose a lower speed.
+    #[error("line {line}: the wheel cannot turn at {rpm} rpm: choose from -{max_rpm} to {max_rpm}")]
+    WheelSpeed {
+        /// Number of the line, from 1.
+        line: usize,
+        /// The speed asked for.
+        rpm: f32,
+        /// Largest speed either way.
+        max_rpm: f32,
+    },
+    /// A row cannot follow those before it.
+    #[error("line {line}: {source}")]
+    Sample {
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        source: SampleError,
+    },
+}
+
+impl Stroke {
+    /// Turning speed of the wheel when a file names none.
+    pub const WHEEL_SPEED: Rpm = Rpm(30.0);
+
+    const fn empty(tool: Sphere, wheel_speed: Rpm) -> Self {
+        Self { tool, wheel_speed, samples: Vec::new() }
+    }
+
+    /// Reads a stroke from text.
+    ///
+    /// # Errors
+    /// A [`StrokeError`] naming the first line that cannot be used and what to do about it.
+    pub fn parse(text: &str) -> Result<Self, StrokeError> {
+        format::parse(text)
+    }
+
+    /// Reads a stroke from a file.
+    ///
+    /// # Errors
+    /// [`StrokeError::File`] when the file cannot be read, else as [`Stroke::parse`].
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, StrokeError> {
+        let path = path.as_ref();
+        let text = fs::read_to_string(path).map_err(|source| StrokeError::File { path: path.to_owned(), source })?;
+        Self::parse(&text)
+    }
+
+    /// Centre of the tool at a time, m in the room's frame; straight between two samples.
+    ///
+    /// Nothing before the first and after the last sample, and nothing while the tool is lifted.
+    #[must_use]
+    pub fn at(&self, seconds: f64) -> Option<Vec3> {
+        let later = self.samples.partition_point(|sample| sample.time_s <= seconds);
+        let before = self.samples.get(later.checked_sub(1)?)?;
+        if before.time_s == seconds {
+            return Some(before.centre_m);
+        }
+        let after = self.samples.get(later).filter(|after| !after.after_lift)?;
+        let share = (seconds - before.time_s) / (after.time_s - before.time_s);
+        Some(before.centre_m.lerp(after.centre_m, share as f32))
+    }
+
+    /// Time of the first sample, s.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.samples.first().map_or(0.0, |first| first.time_s)
+    }
+
+    /// Time of the last sample, s.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.samples.last().map_or(0.0, |last| last.time_s)
+    }
+
+    /// Seconds from the first sample to the last.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.end() - self.start()
+    }
+
+    /// The tool it was made with.
+    #[must_use]
+    pub const fn tool(&self) -> Sphere {
+        self.tool
+    }
+
+    /// Radius of the tool it was made with.
+    #[must_use]
+    pub const fn tool_radius(&self) -> Metres {
+        self.tool.radius()
+    }
+
+    /// Turning speed of the wheel it was made on.
+    #[must_use]
+    pub const fn wheel_speed(&self) -> Rpm {
+        self.wheel_speed
+    }
+
+    /// Takes in the next sample once it keeps every bound.
+    fn push(&mut self, sample: Sample) -> Result<(), SampleError> {
+        let time_s = sample.time_s;
+        if !(0.0..=TIME_MAX_S).contains(&time_s) {
+            return Err(SampleError::Time { time_s, max_s: TIME_MAX_S });
+        }
+        let distance_m = f64::from(sample.centre_m.length());
+        if distance_m.is_nan() || distance_m > DISTANCE_MAX_M {
+            return Err(SampleError::TooFar { distance_mm: distance_m * 1e3, max_mm: DISTANCE_MAX_M * 1e3 });
+        }
+        if let Some(before) = self.samples.last() {
+            if time_s <= before.time_s {
+                return Err(SampleError::NotLater { time_s, before_s: before.time_s });
+            }
+            let way_m = f64::from(sample.centre_m.distance(before.centre_m));
+            let speed_m_s = way_m / (time_s - before.time_s);
+            if !sample.after_lift && speed_m_s > SPEED_MAX_M_S {
+                return Err(SampleError::TooFast { speed_m_s, max_m_s: SPEED_MAX_M_S });
+            }
+        }
+        self.samples.push(sample);
+        Ok(())
+    }
+}

@@ -1,0 +1,78 @@
+//! Recording of a stroke: samples in, stroke file out.
+//!
+//! Holds no clock; the caller says when each sample was.
+//! Invariant: once a sample has been taken, what is written can be read again, and gives the same path to 1 µm and 1 µs.
+
+use std::io;
+
+use glam::Vec3;
+use pottery_shared::clay::Wheel;
+use pottery_shared::tool::Sphere;
+use pottery_shared::units::Rpm;
+
+use super::{Sample, SampleError, Stroke, format};
+
+/// A stroke that grows sample by sample.
+///
+/// ```
+/// use glam::Vec3;
+/// use pottery_client::stroke::{Stroke, StrokeRecorder};
+/// use pottery_shared::{tool::Sphere, units::Rpm};
+///
+/// let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(20.0));
+/// recorder.push(0.00, Vec3::new(0.080, 0.0, 0.1))?;
+/// recorder.push(0.01, Vec3::new(0.079, 0.0, 0.1))?;
+/// recorder.lift();
+/// recorder.push(2.00, Vec3::new(0.080, 0.0, 0.1))?;
+/// let mut file = Vec::new();
+/// recorder.write_to(&mut file)?;
+/// let stroke = Stroke::parse(&String::from_utf8(file)?)?;
+/// assert_eq!(stroke.at(1.0), None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct StrokeRecorder {
+    stroke: Stroke,
+    lifted: bool,
+}
+
+impl StrokeRecorder {
+    /// Starts a stroke of `tool` on a wheel that turns at `wheel_speed`, limited as the wheel itself limits it.
+    #[must_use]
+    pub fn new(tool: Sphere, wheel_speed: Rpm) -> Self {
+        let max = Wheel::RPM_MAX.0;
+        let rpm = if wheel_speed.0.is_nan() { 0.0 } else { wheel_speed.0.clamp(-max, max) };
+        Self { stroke: Stroke::empty(tool, Rpm(rpm)), lifted: false }
+    }
+
+    /// Appends where the tool's centre was, m in the room's frame, `time_s` seconds after the recording began.
+    ///
+    /// # Errors
+    /// [`SampleError`] when the file could not hold the sample; the recording stays as it was. After
+    /// [`SampleError::TooFast`], [`StrokeRecorder::lift`] and the same sample again bridge the jump.
+    pub fn push(&mut self, time_s: f64, centre_m: Vec3) -> Result<(), SampleError> {
+        let after_lift = self.lifted && !self.stroke.samples.is_empty();
+        self.stroke.push(format::rounded(Sample { time_s, centre_m, after_lift }))?;
+        self.lifted = false;
+        Ok(())
+    }
+
+    /// Notes that the tool is away until the next sample.
+    pub const fn lift(&mut self) {
+        self.lifted = true;
+    }
+
+    /// Whether nothing has been recorded yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.stroke.samples.is_empty()
+    }
+
+    /// Writes the recording as a stroke file; before the first sample that is a header without rows.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub fn write_to(&self, mut out: impl io::Write) -> io::Result<()> {
+        format::write(&self.stroke, &mut out)
+    }
+}

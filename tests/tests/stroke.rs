@@ -1,0 +1,284 @@
+//! The stroke file: what it says is where the tool is, what it cannot say is refused by line, and what is recorded
+//! can be read again.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::PathBuf;
+
+use glam::Vec3;
+use pottery_client::stroke::{SampleError, Stroke, StrokeError, StrokeRecorder};
+use pottery_shared::tool::Sphere;
+use pottery_shared::units::{Metres, Rpm};
+use proptest::prelude::*;
+
+const HEADER: &str = "t_s,x_mm,y_mm,z_mm\n";
+
+fn rows(rows: &str) -> Result<Stroke, StrokeError> {
+    Stroke::parse(&format!("{HEADER}{rows}"))
+}
+
+fn message(result: Result<Stroke, StrokeError>) -> String {
+    result.unwrap_err().to_string()
+}
+
+fn assert_at(stroke: &Stroke, seconds: f64, expected_mm: [f32; 3]) {
+    let found_mm = stroke.at(seconds).unwrap() * 1e3;
+    // an f32 in metres resolves 0.06 µm at one metre
+    assert!(found_mm.distance(Vec3::from_array(expected_mm)) < 1e-3, "at {seconds} s: {found_mm}");
+}
+
+#[test]
+fn tool_moves_straight_between_rows_of_any_spacing() {
+    let stroke = rows("0,100,0,0\n0.1,90,-10,5\n1.1,80,10,25\n").unwrap();
+    assert_at(&stroke, 0.0, [100.0, 0.0, 0.0]);
+    assert_at(&stroke, 0.05, [95.0, -5.0, 2.5]);
+    assert_at(&stroke, 0.1, [90.0, -10.0, 5.0]);
+    assert_at(&stroke, 0.35, [87.5, -5.0, 10.0]);
+    assert_at(&stroke, 1.1, [80.0, 10.0, 25.0]);
+}
+
+#[test]
+fn tool_is_nowhere_outside_the_stroke() {
+    let stroke = rows("1,100,0,0\n2,90,0,0\n").unwrap();
+    for seconds in [f64::NEG_INFINITY, -1.0, 0.999, 2.001, f64::INFINITY, f64::NAN] {
+        assert_eq!(stroke.at(seconds), None, "at {seconds} s");
+    }
+    assert_eq!((stroke.start(), stroke.end(), stroke.duration()), (1.0, 2.0, 1.0));
+}
+
+#[test]
+fn empty_line_lifts_the_tool_until_the_next_row() {
+    let stroke = rows("\n0,100,0,0\n1,90,0,0\n\n\n3,-90,0,0\n4,-80,0,0\n\n").unwrap();
+    assert_at(&stroke, 1.0, [90.0, 0.0, 0.0]);
+    assert_eq!(stroke.at(1.001), None);
+    assert_eq!(stroke.at(2.999), None);
+    assert_at(&stroke, 3.0, [-90.0, 0.0, 0.0]);
+    assert_at(&stroke, 3.5, [-85.0, 0.0, 0.0]);
+}
+
+#[test]
+fn jump_over_a_lift_has_no_speed() {
+    assert!(rows("0,-500,0,0\n0.01,500,0,0\n").is_err());
+    assert!(rows("0,-500,0,0\n\n0.01,500,0,0\n").is_ok());
+}
+
+#[test]
+fn settings_are_read_and_have_defaults() {
+    let bare = rows("0,100,0,0\n").unwrap();
+    assert_eq!((bare.tool_radius(), bare.wheel_speed()), (Metres::from_mm(12.0), Rpm(30.0)));
+    let text = format!("# by hand: 1998\n#tool_radius_mm:7.5\n#  wheel_rpm : -10\n{HEADER}0,100,0,0\n# the end\n");
+    let told = Stroke::parse(&text).unwrap();
+    assert_eq!((told.tool_radius(), told.wheel_speed()), (Metres::from_mm(7.5), Rpm(-10.0)));
+}
+
+#[test]
+fn text_of_a_spreadsheet_is_read() {
+    let text = "\u{feff}# wheel_rpm: 20\r\n t_s, x_mm ,y_mm,z_mm\r\n 0.0 , 1e2,0,+5\r\n\r\n";
+    assert_at(&Stroke::parse(text).unwrap(), 0.0, [100.0, 0.0, 5.0]);
+}
+
+#[test]
+fn every_fault_is_named_with_its_line() {
+    for (text, expected) in [
+        ("", "write the header"),
+        ("# wheel_rpm: 10\n", "write the header"),
+        (HEADER, "at least one row"),
+        ("0,100,0,0\n", "line 1: expected the header"),
+        ("# a\n\nt,x,y,z\n0,100,0,0\n", "line 3: expected the header"),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0\n", "line 2: found 3 columns"),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0,0,\n", "line 2: found 5 columns"),
+        ("t_s,x_mm,y_mm,z_mm\n0;100;0;0\n", "separated by commas"),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0,0\n1,,0,0\n", "line 3: x_mm is \"\""),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,12 mm,0\n", "line 2: y_mm is \"12 mm\""),
+        ("t_s,x_mm,y_mm,z_mm\nNaN,100,0,0\n", "line 2: t_s is \"NaN\""),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0,inf\n", "line 2: z_mm is \"inf\""),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0,1e999\n", "line 2: z_mm is \"1e999\""),
+        ("t_s,x_mm,y_mm,z_mm\n-1,100,0,0\n", "line 2: a time of -1 s"),
+        ("t_s,x_mm,y_mm,z_mm\n1e6,100,0,0\n", "line 2: a time of 1000000 s"),
+        ("t_s,x_mm,y_mm,z_mm\n0,100,0,0\n0,100,0,0\n", "line 3: 0 s does not come after 0 s"),
+        ("t_s,x_mm,y_mm,z_mm\n2,100,0,0\n\n1,100,0,0\n", "line 4: 1 s does not come after 2 s"),
+        ("t_s,x_mm,y_mm,z_mm\n0,0.9,0,1200\n", "farther than 1000 mm"),
+        ("t_s,x_mm,y_mm,z_mm\n0,1e300,0,0\n", "farther than 1000 mm"),
+        ("t_s,x_mm,y_mm,z_mm\n0,0,0,0\n0.001,6,0,0\n", "line 3: the tool moves at 6.00 m/s"),
+        ("# tool_radius_mm: 0\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: a tool radius of 0 mm"),
+        ("# tool_radius_mm: big\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: tool_radius_mm is \"big\""),
+        ("# wheel_rpm: 500\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: the wheel cannot turn at 500 rpm"),
+        ("# wheel_rpm: 5\n# wheel_rpm: 5\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 2: wheel_rpm was given before"),
+    ] {
+        let message = message(Stroke::parse(text));
+        assert!(message.contains(expected), "{text:?} gave {message:?}");
+    }
+}
+
+#[test]
+fn missing_file_is_named() {
+    let message = message(Stroke::read("no/such/stroke.csv"));
+    assert!(message.contains("no/such/stroke.csv"), "{message}");
+}
+
+#[test]
+fn refused_sample_leaves_the_recording_as_it_was() {
+    let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(20.0));
+    assert!(recorder.is_empty());
+    recorder.push(1.0, Vec3::new(0.1, 0.0, 0.0)).unwrap();
+    let place = Vec3::new(-0.1, 0.0, 0.0);
+    assert!(matches!(recorder.push(f64::NAN, place), Err(SampleError::Time { .. })));
+    assert!(matches!(recorder.push(1.0, place), Err(SampleError::NotLater { .. })));
+    // a tenth of a microsecond later is the same microsecond in the file
+    assert!(matches!(recorder.push(1.000_000_1, place), Err(SampleError::NotLater { .. })));
+    assert!(matches!(recorder.push(1.01, Vec3::NAN), Err(SampleError::TooFar { .. })));
+    assert!(matches!(recorder.push(1.01, place), Err(SampleError::TooFast { .. })));
+    recorder.lift();
+    recorder.push(1.01, place).unwrap();
+    let stroke = parsed(&recorder).unwrap();
+    assert_eq!((stroke.start(), stroke.end()), (1.0, 1.01));
+    assert_eq!(stroke.at(1.005), None);
+}
+
+#[test]
+fn speed_that_is_not_a_number_is_recorded_as_standing_still() {
+    let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(f32::NAN));
+    recorder.push(0.0, Vec3::ZERO).unwrap();
+    assert_eq!(parsed(&recorder).unwrap().wheel_speed(), Rpm(0.0));
+}
+
+fn parsed(recorder: &StrokeRecorder) -> Result<Stroke, StrokeError> {
+    let mut file = Vec::new();
+    recorder.write_to(&mut file).unwrap();
+    Stroke::parse(&String::from_utf8(file).unwrap())
+}
+
+/// What a hand does: time steps from far too short to long, places from near to out of reach, and lifts.
+fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], bool)>> {
+    let place = prop::array::uniform3(-0.7_f32..0.7);
+    prop::collection::vec((1e-7..0.5, place, prop::bool::weighted(0.2)), 1..60)
+}
+
+proptest! {
+    #[test]
+    fn whatever_was_taken_is_read_again(moves in hand(), radius_mm in 0.5_f32..40.0, rpm in -500.0_f32..500.0) {
+        let tool = Sphere::new(Metres::from_mm(radius_mm)).unwrap();
+        let mut recorder = StrokeRecorder::new(tool, Rpm(rpm));
+        let mut now_s = 0.0;
+        let mut taken = Vec::new();
+        for (step_s, place, lift) in moves {
+            now_s += step_s;
+            if lift {
+                recorder.lift();
+            }
+            if recorder.push(now_s, Vec3::from_array(place)).is_ok() {
+                taken.push((now_s, Vec3::from_array(place)));
+            }
+        }
+        prop_assume!(!taken.is_empty());
+        let stroke = parsed(&recorder).unwrap();
+        prop_assert!((stroke.tool_radius().as_mm() - radius_mm).abs() < 1e-3);
+        prop_assert!((stroke.wheel_speed().0 - rpm.clamp(-400.0, 400.0)).abs() < 1e-3);
+        for (time_s, place) in taken {
+            let there = stroke.at((time_s * 1e6).round() / 1e6).unwrap();
+            // half a micrometre of rounding on each axis
+            prop_assert!(there.distance(place) < 1e-6, "at {time_s} s: {there} for {place}");
+        }
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "([-#:,.0-9eEatmxyz_sNin \n]|t_s,x_mm,y_mm,z_mm\n){0,80}") {
+        if let Ok(stroke) = Stroke::parse(&text) {
+            prop_assert!(stroke.at(stroke.start()).is_some());
+        }
+    }
+
+    #[test]
+    fn interpolation_stays_between_its_rows(from in -400_i32..400, to in -400_i32..400, share in 0.0..1.0) {
+        let stroke = rows(&format!("0,{from},0,0\n1,{to},0,0\n")).unwrap();
+        let x_mm = stroke.at(share).unwrap().x * 1e3;
+        // one rounding of an f32 at 400 mm
+        prop_assert!(x_mm >= from.min(to) as f32 - 1e-4 && x_mm <= from.max(to) as f32 + 1e-4);
+    }
+}
+
+/// The strokes that come with the studio, by name.
+fn shipped() -> Vec<(String, Stroke)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/strokes");
+    let mut strokes: Vec<(String, Stroke)> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "csv"))
+        .map(|path| (path.file_stem().unwrap().to_str().unwrap().to_owned(), Stroke::read(&path).unwrap()))
+        .collect();
+    strokes.sort_by(|one, other| one.0.cmp(&other.0));
+    strokes
+}
+
+fn stroke_named(name: &str) -> Stroke {
+    shipped().into_iter().find(|(found, _)| found == name).unwrap().1
+}
+
+/// How deep the tool stands in an untouched cylinder of 60 mm radius and 200 mm height; negative is the air between.
+fn depth_mm(stroke: &Stroke, seconds: f64) -> f32 {
+    let centre_mm = stroke.at(seconds).unwrap() * 1e3;
+    60.0 + stroke.tool_radius().as_mm() - centre_mm.truncate().length()
+}
+
+#[test]
+fn four_strokes_come_with_the_studio() {
+    let names: Vec<String> = shipped().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["evaluation", "foot", "neck", "waist"]);
+}
+
+#[test]
+fn shipped_strokes_begin_and_end_in_the_air_and_press_in_between() {
+    for (name, stroke) in shipped() {
+        assert!(depth_mm(&stroke, stroke.start()) <= -20.0, "{name} begins on the clay");
+        assert!(depth_mm(&stroke, stroke.end()) <= -20.0, "{name} ends on the clay");
+        let middle = stroke.start() + 0.5 * stroke.duration();
+        assert!(depth_mm(&stroke, middle) > 2.0, "{name} does not press");
+        assert!((8.5..=9.5).contains(&stroke.duration()), "{name} lasts {} s", stroke.duration());
+        assert_eq!(stroke.wheel_speed(), Rpm(20.0), "{name}");
+    }
+}
+
+#[test]
+fn shipped_strokes_are_smooth() {
+    const STEP_S: f64 = 0.01;
+    for (name, stroke) in shipped() {
+        let places: Vec<Vec3> = (0..).map_while(|step| stroke.at(f64::from(step) * STEP_S)).collect();
+        let speeds: Vec<Vec3> = places.windows(2).map(|pair| (pair[1] - pair[0]) / STEP_S as f32).collect();
+        let fastest = speeds.iter().map(|speed| speed.length()).fold(0.0, f32::max);
+        assert!(fastest < 0.5, "{name} moves at {fastest} m/s");
+        let sharpest = speeds.windows(2).map(|pair| pair[1].distance(pair[0]) / STEP_S as f32).fold(0.0, f32::max);
+        // a hand's easy movement; rounding to 1 µm alone gives up to 0.04 m/s²
+        assert!(sharpest < 1.0, "{name} accelerates by {sharpest} m/s²");
+    }
+}
+
+#[test]
+fn evaluation_stroke_runs_from_rim_to_foot_within_nine_seconds() {
+    let stroke = stroke_named("evaluation");
+    assert_eq!(stroke.tool_radius(), Metres::from_mm(12.0));
+    assert!(stroke.duration() <= 9.0);
+    let pressed: Vec<Vec3> = (0..900)
+        .map(|step| f64::from(step) * 0.01)
+        .filter(|&seconds| depth_mm(&stroke, seconds) > 0.0)
+        .map(|seconds| stroke.at(seconds).unwrap() * 1e3)
+        .collect();
+    let (first, last) = (pressed[0], pressed[pressed.len() - 1]);
+    // the tool covers its radius above and below its centre
+    assert!(first.z > 200.0 - 12.0 && last.z < 0.0 + 12.5, "pressed from z = {} to {} mm", first.z, last.z);
+    assert!(pressed.windows(2).all(|pair| pair[1].z <= pair[0].z), "it goes back up");
+    let deepest = pressed.iter().map(|place| 72.0 - place.x).fold(0.0, f32::max);
+    assert!((3.0..=4.0).contains(&deepest), "{deepest} mm deep");
+}
+
+#[test]
+fn waist_and_evaluation_work_on_the_same_band_at_the_same_time() {
+    let (evaluation, waist) = (stroke_named("evaluation"), stroke_named("waist"));
+    let together = (0..900).map(|step| f64::from(step) * 0.01).filter(|&seconds| {
+        let both = depth_mm(&evaluation, seconds) > 0.0 && depth_mm(&waist, seconds) > 0.0;
+        let apart_m = evaluation.at(seconds).unwrap().z - waist.at(seconds).unwrap().z;
+        both && apart_m.abs() < evaluation.tool_radius().0
+    });
+    // half a second is more than the tools need to meet on one another's traces
+    assert!(together.count() > 50);
+}
