@@ -1,6 +1,22 @@
 //! The client of the pottery studio: a thin shell round the shared core.
 //!
-//! Owns files, devices, the connection and the picture; what the clay does is decided in `pottery-shared`.
+//! Owns files, devices, the connection, the 1 kHz thread and the picture; what the clay does is decided in
+//! `pottery-shared`. Never depends on the server.
+//! Invariant: nothing that waits, locks or allocates stands on the 1 kHz side of [`boundary`].
 
+pub mod boundary;
+mod connection;
+pub mod device;
 pub mod export;
+mod haptic_loop;
+mod potter;
 pub mod stroke;
+mod transport;
+pub mod view;
+mod worker;
+
+pub use connection::{JoinError, Target};
+pub use haptic_loop::{HapticLoop, HapticReport};
+pub use potter::{Potter, PotterOptions, PotterReport};
+pub use transport::{client_config, endpoint};
+pub use worker::{Command, NetworkReport, Worker};

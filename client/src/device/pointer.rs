@@ -40,7 +40,7 @@ pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
         self.asked.update();
-        let Some(target) = self.asked.peek_output_buffer().target_m else {
+        let Some(target) = self.asked.output_buffer().target_m else {
             self.at = None;
             return None;
         };
@@ -53,7 +53,7 @@ impl Device for PointerDevice {
     }
 
     fn tool(&self) -> Sphere {
-        self.asked.peek_output_buffer().tool
+        self.asked.output_buffer().tool
     }
 
     fn set_force(&mut self, _: Vec3) {}

@@ -117,6 +117,12 @@ impl Touched {
         self.bits[surface][(tile / 64) as usize] >> (tile % 64) & 1 == 1
     }
 
+    /// The empty set over the same surfaces.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        Self::none(self.layouts.iter().map(TileLayout::shape))
+    }
+
     /// Removes every tile.
     pub fn clear(&mut self) {
         self.bits.iter_mut().flatten().for_each(|word| *word = 0);

@@ -1,0 +1,183 @@
+//! Joining a studio: address, handshake, greeting, welcome.
+//!
+//! Owns everything up to the welcome, and the sentences for what can go wrong; afterwards the worker takes over.
+//! Invariant: a join that fails leaves nothing running.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use pottery_shared::protocol::{FrameReader, JoinCode};
+use pottery_shared::session::{Client, ClientError};
+use tokio::time::{Instant, timeout};
+use web_transport_quinn::{RecvStream, SendStream, Session};
+
+use crate::transport;
+
+/// A handshake that takes longer than this is not going to end.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// What to join.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// Host and port as typed; the port may be left out.
+    pub address: String,
+    /// The join code.
+    pub code: JoinCode,
+    /// Number of the wheel, from 1.
+    pub wheel: u16,
+}
+
+/// Why a studio could not be joined.
+#[derive(Debug, thiserror::Error)]
+pub enum JoinError {
+    /// No such host.
+    #[error("'{address}' is no address that can be found ({reason}); write it like 192.168.1.20:4747 or [::1]:4747")]
+    Address {
+        /// As typed.
+        address: String,
+        /// What the system said.
+        reason: String,
+    },
+    /// Nobody answers there.
+    #[error("no studio answers at {address}; is it open, is the port right, and does the network let UDP through?")]
+    Unreachable {
+        /// Where.
+        address: SocketAddr,
+    },
+    /// Somebody else answers there.
+    #[error("the server at {address} is not the one this code belongs to; ask the host for the code again")]
+    WrongServer {
+        /// Where.
+        address: SocketAddr,
+    },
+    /// Something answers that is no studio of this version.
+    #[error("what answers at {address} is not a pottery studio of this version ({reason})")]
+    NotAStudio {
+        /// Where.
+        address: SocketAddr,
+        /// What it did.
+        reason: String,
+    },
+    /// The studio does not let this client in, or does not make sense.
+    #[error(transparent)]
+    Session(#[from] ClientError),
+    /// The system's network cannot be used.
+    #[error("the network cannot be used: {reason}")]
+    Network {
+        /// What the system said.
+        reason: String,
+    },
+}
+
+/// A connection that was welcomed.
+#[derive(Debug)]
+pub(crate) struct Joined {
+    pub(crate) connection: Session,
+    pub(crate) control_out: SendStream,
+    pub(crate) control_in: RecvStream,
+    pub(crate) frames: FrameReader,
+    pub(crate) session: Client,
+}
+
+/// The port studios listen on when none is typed.
+const PORT: u16 = 4747;
+
+async fn resolve(target: &Target) -> Result<SocketAddr, JoinError> {
+    let address = target.address.trim();
+    let bad = |reason: String| JoinError::Address { address: address.to_owned(), reason };
+    if let Ok(known) = address.parse::<SocketAddr>() {
+        return Ok(known);
+    }
+    let with_port = match address.trim_matches(['[', ']']).parse::<std::net::IpAddr>() {
+        Ok(ip) => return Ok(SocketAddr::new(ip, PORT)),
+        Err(_) if address.contains(':') => address.to_owned(),
+        Err(_) => format!("{address}:{PORT}"),
+    };
+    let mut found = tokio::net::lookup_host(with_port).await.map_err(|error| bad(error.to_string()))?;
+    found.next().ok_or_else(|| bad("the name leads nowhere".into()))
+}
+
+/// Connects, greets and waits for the welcome; local ticks are counted from `epoch`.
+pub(crate) async fn join(endpoint: &quinn::Endpoint, target: &Target, epoch: Instant) -> Result<Joined, JoinError> {
+    let address = resolve(target).await?;
+    let config = transport::client_config(&target.code)?;
+    let connecting = endpoint
+        .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)
+        .map_err(|error| JoinError::Network { reason: error.to_string() })?;
+    let unreachable = JoinError::Unreachable { address };
+    let connection = match timeout(PATIENCE, connecting).await {
+        Ok(Ok(connection)) => connection,
+        Ok(Err(error)) => return Err(explain(error, address)),
+        Err(_) => return Err(unreachable),
+    };
+    let round_trip = connection.rtt();
+    let session = Session::raw(connection);
+    match timeout(PATIENCE, greet(session.clone(), target, epoch, round_trip)).await {
+        Ok(Ok(joined)) => Ok(joined),
+        Ok(Err(error)) => {
+            session.close(0, b"");
+            Err(match error {
+                GreetError::Session(error) => error.into(),
+                GreetError::Stream(reason) => JoinError::NotAStudio { address, reason },
+            })
+        }
+        Err(_) => Err(unreachable),
+    }
+}
+
+enum GreetError {
+    Session(ClientError),
+    Stream(String),
+}
+
+async fn greet(
+    connection: Session,
+    target: &Target,
+    epoch: Instant,
+    round_trip: Duration,
+) -> Result<Joined, GreetError> {
+    let broken = |error: &dyn std::fmt::Display| GreetError::Stream(error.to_string());
+    let (mut control_out, mut control_in) = connection.open_bi().await.map_err(|error| broken(&error))?;
+    let greeting = Client::greeting(target.code.room(), target.wheel);
+    control_out.write_all(&greeting).await.map_err(|error| broken(&error))?;
+    let mut frames = FrameReader::default();
+    let mut piece = [0; 4096];
+    loop {
+        if let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
+            let local = epoch.elapsed().as_millis() as u64;
+            let session = Client::open(&frame, local, round_trip).map_err(GreetError::Session)?;
+            return Ok(Joined { connection, control_out, control_in, frames, session });
+        }
+        match control_in.read(&mut piece).await {
+            Ok(Some(length)) => frames.push(&piece[..length]),
+            Ok(None) => return Err(GreetError::Stream("it said nothing".into())),
+            Err(error) => return Err(broken(&error)),
+        }
+    }
+}
+
+/// An IPv4 address as an IPv6 socket must write it.
+fn reachable_from(endpoint: &quinn::Endpoint, address: SocketAddr) -> SocketAddr {
+    match (endpoint.local_addr(), address) {
+        (Ok(local), SocketAddr::V4(v4)) if local.is_ipv6() => {
+            SocketAddr::new(v4.ip().to_ipv6_mapped().into(), v4.port())
+        }
+        _ => address,
+    }
+}
+
+fn explain(error: quinn::ConnectionError, address: SocketAddr) -> JoinError {
+    match error {
+        quinn::ConnectionError::TimedOut => JoinError::Unreachable { address },
+        // a TLS alert travels as 0x100 + its number; ours for a certificate that is refused, theirs for the protocol
+        quinn::ConnectionError::TransportError(error) => {
+            let code = u64::from(error.code);
+            if (0x100..0x200).contains(&code) && code != 0x178 {
+                JoinError::WrongServer { address }
+            } else {
+                JoinError::NotAStudio { address, reason: error.to_string() }
+            }
+        }
+        other => JoinError::NotAStudio { address, reason: other.to_string() },
+    }
+}

@@ -1,0 +1,133 @@
+//! A person at a wheel: connection, hand and view in one.
+//!
+//! Owns the threads; everything they do is in `worker` and `haptic_loop`.
+//! Invariant: after `leave` the thread and the task have ended.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use pottery_shared::units::Tick;
+use tokio::sync::mpsc;
+
+use crate::boundary::{Status, boundary};
+use crate::connection::{self, JoinError, Target};
+use crate::device::Device;
+use crate::stroke::StrokeRecorder;
+use crate::view::{SharedView, View};
+use crate::worker::Worker;
+use crate::{Command, HapticLoop, HapticReport, NetworkReport};
+
+/// How a person works.
+#[derive(Debug, Default)]
+pub struct PotterOptions {
+    /// Where to record the own stroke.
+    pub recording: Option<StrokeRecorder>,
+}
+
+/// What a potter's stay gave.
+#[derive(Clone, Debug)]
+pub struct PotterReport {
+    /// From the 1 kHz thread; `None` when it could not end well.
+    pub haptic: Option<HapticReport>,
+    /// From the worker.
+    pub network: NetworkReport,
+    /// What was to be seen at the end.
+    pub view: View,
+}
+
+/// A person at a wheel.
+#[derive(Debug)]
+pub struct Potter {
+    view: SharedView,
+    status: Arc<Status>,
+    commands: mpsc::Sender<Command>,
+    epoch: Instant,
+    hand: Option<JoinHandle<HapticReport>>,
+    worker: tokio::task::JoinHandle<NetworkReport>,
+}
+
+impl Potter {
+    /// Joins a wheel and takes the device in hand. Call it within a tokio runtime, which will carry the connection.
+    ///
+    /// # Errors
+    /// [`JoinError`] with a sentence for the person.
+    pub async fn join(
+        endpoint: &quinn::Endpoint,
+        target: &Target,
+        device: Box<dyn Device>,
+        options: PotterOptions,
+    ) -> Result<Self, JoinError> {
+        let epoch = tokio::time::Instant::now();
+        let joined = connection::join(endpoint, target, epoch).await?;
+        let view = SharedView::new(&joined.session);
+        let (hand_side, net_side) = boundary(&joined.session.patch());
+        let status = Arc::clone(&hand_side.status);
+        let (commands, received) = mpsc::channel(64);
+        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.recording);
+        let worker = tokio::spawn(worker.run());
+        let epoch = epoch.into_std();
+        let hand = std::thread::Builder::new()
+            .name("haptic".into())
+            .spawn(move || HapticLoop::new(device, hand_side).run(epoch))
+            .map_err(|error| JoinError::Network { reason: format!("no thread for the hand: {error}") })?;
+        Ok(Self { view, status, commands, epoch, hand: Some(hand), worker })
+    }
+
+    /// What there is to see.
+    #[must_use]
+    pub const fn view(&self) -> &SharedView {
+        &self.view
+    }
+
+    /// What the hand feels, and the switch that lifts its tool.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
+
+    /// The tick that the hand stamps now.
+    #[must_use]
+    pub fn tick(&self) -> Tick {
+        let local = crate::haptic_loop::ticks_since(self.epoch);
+        Tick(0).offset(local as i64 + self.status.tick_offset())
+    }
+
+    /// Asks for something; false when the worker has ended or is too busy to hear.
+    pub fn command(&self, command: Command) -> bool {
+        self.commands.try_send(command).is_ok()
+    }
+
+    /// Lifts the tool and waits until everything pressed is confirmed, for at most `patience`; true when it is.
+    pub async fn settle(&self, patience: Duration) -> bool {
+        self.status.lift(true);
+        let deadline = tokio::time::Instant::now() + patience;
+        // samples on their way out of the hand are not yet known to the session
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        while !self.view.lock().settled {
+            if tokio::time::Instant::now() > deadline {
+                return false;
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        true
+    }
+
+    /// Leaves the wheel once everything pressed is confirmed.
+    ///
+    /// # Errors
+    /// [`JoinError::Network`] when the worker did not end well.
+    pub async fn leave(mut self) -> Result<PotterReport, JoinError> {
+        self.status.lift(true);
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        if self.commands.send(Command::Leave).await.is_err() {
+            tracing::debug!("the worker had ended already");
+        }
+        let network = self.worker.await.map_err(|error| JoinError::Network { reason: error.to_string() })?;
+        self.status.stop();
+        let hand = self.hand.take();
+        let haptic = tokio::task::spawn_blocking(move || hand.and_then(|hand| hand.join().ok())).await.ok().flatten();
+        let view = self.view.lock().clone();
+        Ok(PotterReport { haptic, network, view })
+    }
+}

@@ -1,0 +1,76 @@
+//! What there is to see: the predicted clay, everybody's tools, and how the connection stands.
+//!
+//! Written by the worker, read by whoever draws; neither is the 1 kHz thread, so a lock may stand between them.
+//! Invariant: `changed` holds every tile in which `pot` changed since the drawer last cleared it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use pottery_shared::clay::{Conditions, Pot, Surface};
+use pottery_shared::session::{Client, RemoteTool};
+use pottery_shared::snapshot::Touched;
+
+/// How the connection stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// It works.
+    Open,
+    /// The studio has closed.
+    Closed,
+    /// It broke; the sentence says how.
+    Lost(String),
+}
+
+/// A picture's worth of what a client knows.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The client's number in the room.
+    pub number: u16,
+    /// The predicted clay.
+    pub pot: Pot,
+    /// Tiles to draw anew.
+    pub changed: Touched,
+    /// Everybody's tools, the client's own included.
+    pub tools: Vec<RemoteTool>,
+    /// Wheel, material and method.
+    pub conditions: Conditions,
+    /// What to add to a local tick to get the tick to stamp.
+    pub tick_offset: i64,
+    /// Measured round trip.
+    pub round_trip: Duration,
+    /// How the connection stands.
+    pub link: Link,
+    /// Digest of the confirmed clay.
+    pub digest: u64,
+    /// Every own press is confirmed and the newest known clay is held.
+    pub settled: bool,
+}
+
+/// A view that worker and drawer share.
+#[derive(Clone, Debug)]
+pub struct SharedView(Arc<Mutex<View>>);
+
+impl SharedView {
+    pub(crate) fn new(session: &Client) -> Self {
+        let pot = session.predicted().clone();
+        let changed = Touched::none(pot.surfaces().iter().map(Surface::shape));
+        Self(Arc::new(Mutex::new(View {
+            number: session.number(),
+            changed,
+            pot,
+            tools: Vec::new(),
+            conditions: session.conditions().clone(),
+            tick_offset: session.tick_offset(),
+            round_trip: Duration::ZERO,
+            link: Link::Open,
+            digest: session.replica().digest(),
+            settled: true,
+        })))
+    }
+
+    /// The view, locked; hold it no longer than a copy takes.
+    pub fn lock(&self) -> MutexGuard<'_, View> {
+        // a view is whole between any two of its fields, so a panic elsewhere leaves nothing half done
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

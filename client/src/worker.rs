@@ -1,0 +1,353 @@
+//! The task between network and hand: moves samples out, clay in, and keeps the view.
+//!
+//! Owns the connection after the welcome. Prediction is the session's; this task only feeds it and hands on.
+//! Invariant: own samples reach the session in the order of their making, before any clay that came later.
+
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+use pottery_shared::protocol::{KEYFRAME_MAX, Request};
+use pottery_shared::session::{Client, ClientEvent};
+use pottery_shared::tool::ToolSample;
+use pottery_shared::units::{Rpm, Seconds};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, MissedTickBehavior};
+use web_transport_quinn::Session;
+
+use crate::boundary::NetSide;
+use crate::connection::Joined;
+use crate::stroke::StrokeRecorder;
+use crate::view::{Link, SharedView};
+
+/// How often samples are fetched from the hand.
+const FETCH_EVERY: Duration = Duration::from_millis(5);
+/// Fetches between two datagrams of samples.
+const FETCHES_PER_SEND: u32 = 2;
+/// Fetches between two looks at the round trip.
+const FETCHES_PER_LOOK: u32 = 20;
+/// Time in which the last presses are confirmed before leaving.
+const SETTLE_WITHIN: Duration = Duration::from_secs(2);
+
+/// What a person asks of the worker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Turn the wheel at this speed.
+    WheelSpeed(Rpm),
+    /// Make the clay give way with this time constant.
+    Viscosity(Seconds),
+    /// Leave once everything pressed is confirmed.
+    Leave,
+}
+
+/// What the worker measured.
+#[derive(Clone, Debug)]
+pub struct NetworkReport {
+    /// Time since the welcome.
+    pub duration: Duration,
+    /// Bytes received, UDP payload.
+    pub down_bytes: u64,
+    /// Bytes sent, UDP payload.
+    pub up_bytes: u64,
+    /// Round trips, µs.
+    pub round_trip_us: Histogram<u64>,
+    /// Corrections under the own tool, nm, one for each snapshot.
+    pub correction_nm: Histogram<u64>,
+    /// Digests that did not match.
+    pub mismatches: u64,
+    /// How often missing tiles were asked for.
+    pub resyncs: u64,
+    /// Datagrams that made no sense.
+    pub malformed: u64,
+    /// The stroke that was recorded, if one was asked for.
+    pub recording: Option<StrokeRecorder>,
+}
+
+/// The task's state.
+#[derive(Debug)]
+pub struct Worker {
+    connection: Session,
+    session: Client,
+    side: NetSide,
+    view: SharedView,
+    commands: mpsc::Receiver<Command>,
+    epoch: Instant,
+    joined_at: Instant,
+    outgoing: mpsc::Sender<Vec<u8>>,
+    arriving: mpsc::Receiver<Arrival>,
+    report: NetworkReport,
+    first_recorded: Option<ToolSample>,
+    last_recorded: Option<ToolSample>,
+}
+
+#[derive(Debug)]
+enum Arrival {
+    Frame(Vec<u8>),
+    Keyframe(Vec<u8>),
+    StreamEnded,
+}
+
+impl Worker {
+    /// Takes over a welcomed connection.
+    pub(crate) fn new(
+        joined: Joined,
+        side: NetSide,
+        view: SharedView,
+        commands: mpsc::Receiver<Command>,
+        epoch: Instant,
+        recording: Option<StrokeRecorder>,
+    ) -> Self {
+        let Joined { connection, control_out, control_in, frames, session } = joined;
+        let (arrived, arriving) = mpsc::channel(64);
+        let (outgoing, to_write) = mpsc::channel(64);
+        tokio::spawn(streams::read_control(control_in, frames, arrived.clone()));
+        tokio::spawn(streams::read_keyframes(connection.clone(), arrived));
+        tokio::spawn(streams::write_control(control_out, to_write));
+        side.status.set_tick_offset(session.tick_offset());
+        let histogram = |highest| Histogram::new_with_bounds(1, highest, 3).expect("these bounds are valid");
+        let report = NetworkReport {
+            duration: Duration::ZERO,
+            down_bytes: 0,
+            up_bytes: 0,
+            round_trip_us: histogram(60_000_000),
+            correction_nm: histogram(1_000_000_000),
+            mismatches: 0,
+            resyncs: 0,
+            malformed: 0,
+            recording,
+        };
+        Self {
+            connection,
+            session,
+            side,
+            view,
+            commands,
+            epoch,
+            joined_at: Instant::now(),
+            outgoing,
+            arriving,
+            report,
+            first_recorded: None,
+            last_recorded: None,
+        }
+    }
+
+    /// Works until the person leaves or the connection ends.
+    pub async fn run(mut self) -> NetworkReport {
+        let mut fetch = tokio::time::interval(FETCH_EVERY);
+        fetch.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut fetches = 0_u32;
+        let mut leaving: Option<Instant> = None;
+        let link = loop {
+            tokio::select! {
+                datagram = self.connection.read_datagram() => match datagram {
+                    Ok(bytes) => {
+                        self.fetch_samples();
+                        let sound = self.session.handle_datagram(&bytes, self.epoch.elapsed());
+                        self.report.malformed += u64::from(!sound);
+                    }
+                    Err(error) => break closed_or_lost(&error),
+                },
+                Some(arrival) = self.arriving.recv() => match arrival {
+                    Arrival::Frame(frame) => if let Err(error) = self.session.handle_control(&frame) {
+                        break Link::Lost(error.to_string());
+                    },
+                    Arrival::Keyframe(bytes) => {
+                        self.fetch_samples();
+                        let sound = self.session.handle_keyframe(&bytes, self.epoch.elapsed());
+                        self.report.malformed += u64::from(!sound);
+                    }
+                    Arrival::StreamEnded => break Link::Closed,
+                },
+                command = self.commands.recv() => match command {
+                    Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
+                    Some(Command::Viscosity(Seconds(seconds))) => self.session.request(&Request::Viscosity { seconds }),
+                    Some(Command::Leave) | None => {
+                        leaving.get_or_insert(Instant::now());
+                    }
+                },
+                _ = fetch.tick() => {
+                    fetches = fetches.wrapping_add(1);
+                    self.fetch_samples();
+                    if fetches.is_multiple_of(FETCHES_PER_SEND) {
+                        self.send_samples();
+                    }
+                    if fetches.is_multiple_of(FETCHES_PER_LOOK) {
+                        self.report.round_trip_us.saturating_record(self.connection.rtt().as_micros() as u64);
+                    }
+                }
+            }
+            if !self.hand_on().await {
+                break Link::Closed;
+            }
+            if leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
+                break self.say_goodbye().await;
+            }
+        };
+        self.finish(link)
+    }
+
+    fn fetch_samples(&mut self) {
+        while let Ok(sample) = self.side.samples.pop() {
+            self.session.handle_sample(sample);
+            self.record(sample);
+        }
+    }
+
+    fn record(&mut self, sample: ToolSample) {
+        let Some(recording) = &mut self.report.recording else { return };
+        let first = *self.first_recorded.get_or_insert(sample);
+        // a tool that was away is lifted in the file as well
+        if self.last_recorded.is_some_and(|last| sample.tick.since(last.tick) > 100) {
+            recording.lift();
+        }
+        let seconds = sample.tick.since(first.tick) as f64 * 1e-3;
+        match recording.push(seconds, sample.centre.point_m()) {
+            Ok(()) => self.last_recorded = Some(sample),
+            Err(error) => tracing::warn!(%error, "a sample could not be recorded"),
+        }
+    }
+
+    fn send_samples(&mut self) {
+        let now = self.epoch.elapsed();
+        while let Some(bytes) = self.session.poll_datagram(now) {
+            if let Err(error) = self.connection.send_datagram(bytes.into()) {
+                // what is lost is repeated
+                tracing::trace!(%error, "a datagram was not sent");
+            }
+        }
+    }
+
+    /// Hands on what the session has for server, hand and view; false when the control stream is closed.
+    async fn hand_on(&mut self) -> bool {
+        while let Some(frame) = self.session.poll_control() {
+            if self.outgoing.send(frame).await.is_err() {
+                return false;
+            }
+        }
+        let mut is_corrected = false;
+        while let Some(event) = self.session.poll_event() {
+            match event {
+                ClientEvent::Confirmed(correction) => {
+                    is_corrected |= correction.anywhere.0 > 0.0;
+                    if let Some(metres) = correction.under_own_tool {
+                        self.report.correction_nm.saturating_record((f64::from(metres.0) * 1e9) as u64);
+                    }
+                }
+                ClientEvent::Conditions => is_corrected = true,
+                ClientEvent::Closing => tracing::info!("the studio closes"),
+            }
+        }
+        if is_corrected {
+            self.session.patch_into(self.side.patches.input_buffer_mut());
+            self.side.patches.publish();
+        }
+        self.side.status.set_tick_offset(self.session.tick_offset());
+        self.show();
+        true
+    }
+
+    fn show(&mut self) {
+        let mut view = self.view.lock();
+        let view = &mut *view;
+        let mut news = view.changed.emptied();
+        self.session.take_changed(&mut news);
+        for (surface, _, window) in news.iter() {
+            view.pot.copy_window(self.session.predicted(), surface, window);
+        }
+        view.changed.add_all(&news);
+        view.tools.clear();
+        view.tools.extend_from_slice(self.session.tools());
+        if view.conditions != *self.session.conditions() {
+            view.conditions.clone_from(self.session.conditions());
+        }
+        view.tick_offset = self.session.tick_offset();
+        view.round_trip = self.connection.rtt();
+        view.digest = self.session.replica().digest();
+        view.settled = self.session.is_settled();
+    }
+
+    async fn say_goodbye(&mut self) -> Link {
+        self.session.request(&Request::Leave);
+        self.hand_on().await;
+        if tokio::time::timeout(Duration::from_secs(1), self.connection.closed()).await.is_err() {
+            tracing::debug!("the server did not confirm the goodbye");
+        }
+        Link::Closed
+    }
+
+    fn finish(mut self, link: Link) -> NetworkReport {
+        self.connection.close(0, b"goodbye");
+        self.view.lock().link = link;
+        let stats = quinn::Connection::stats(&self.connection);
+        self.report.duration = self.joined_at.elapsed();
+        self.report.mismatches = self.session.mismatches();
+        self.report.resyncs = self.session.resyncs();
+        self.report.down_bytes = stats.udp_rx.bytes;
+        self.report.up_bytes = stats.udp_tx.bytes;
+        self.report
+    }
+}
+
+fn closed_or_lost(error: &web_transport_quinn::SessionError) -> Link {
+    use quinn::ConnectionError as E;
+    match error {
+        web_transport_quinn::SessionError::ConnectionError(E::ApplicationClosed(_) | E::LocallyClosed) => Link::Closed,
+        web_transport_quinn::SessionError::ConnectionError(E::TimedOut) => {
+            Link::Lost("the studio has not answered for 10 seconds; the connection is lost".into())
+        }
+        other => Link::Lost(format!("the connection is lost: {other}")),
+    }
+}
+
+/// The connection's streams, each read or written by a task of its own.
+mod streams {
+    use super::{Arrival, KEYFRAME_MAX, Session, mpsc};
+    use pottery_shared::protocol::FrameReader;
+    use web_transport_quinn::{RecvStream, SendStream};
+
+    pub(super) async fn read_control(mut stream: RecvStream, mut frames: FrameReader, arrived: mpsc::Sender<Arrival>) {
+        let mut piece = [0; 4096];
+        loop {
+            match frames.next_frame() {
+                Ok(Some(frame)) => {
+                    if arrived.send(Arrival::Frame(frame)).await.is_err() {
+                        return;
+                    }
+                    continue;
+                }
+                Ok(None) => {}
+                Err(error) => {
+                    tracing::warn!(%error, "the control stream makes no sense");
+                    break;
+                }
+            }
+            match stream.read(&mut piece).await {
+                Ok(Some(length)) => frames.push(&piece[..length]),
+                Ok(None) | Err(_) => break,
+            }
+        }
+        // nobody listens any more when the worker has ended first
+        drop(arrived.send(Arrival::StreamEnded).await);
+    }
+
+    pub(super) async fn read_keyframes(connection: Session, arrived: mpsc::Sender<Arrival>) {
+        while let Ok(mut stream) = connection.accept_uni().await {
+            match stream.read_to_end(KEYFRAME_MAX).await {
+                Ok(bytes) => {
+                    if arrived.send(Arrival::Keyframe(bytes)).await.is_err() {
+                        return;
+                    }
+                }
+                Err(error) => tracing::debug!(%error, "a keyframe did not arrive whole"),
+            }
+        }
+    }
+
+    pub(super) async fn write_control(mut stream: SendStream, mut to_write: mpsc::Receiver<Vec<u8>>) {
+        while let Some(frame) = to_write.recv().await {
+            if stream.write_all(&frame).await.is_err() {
+                return;
+            }
+        }
+    }
+}
