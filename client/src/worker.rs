@@ -201,7 +201,13 @@ impl Worker {
             recording.lift();
         }
         let seconds = sample.tick.since(first.tick) as f64 * 1e-3;
-        match recording.push(seconds, sample.centre.point_m()) {
+        let centre_m = sample.centre.point_m();
+        let recorded = recording.push(seconds, centre_m).or_else(|_| {
+            // a tool taken away and brought back elsewhere
+            recording.lift();
+            recording.push(seconds, centre_m)
+        });
+        match recorded {
             Ok(()) => self.last_recorded = Some(sample),
             Err(error) => tracing::warn!(%error, "a sample could not be recorded"),
         }

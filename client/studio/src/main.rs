@@ -1,3 +1,45 @@
-//! The pottery studio: the desktop application.
+//! The pottery studio: one program that hosts, joins and shows.
+//!
+//! Owns the command line and the choice between window and headless; the rest stands in its modules.
+//! Invariant: whatever goes wrong ends in one sentence on standard error and a code other than zero.
 
-fn main() {}
+mod arguments;
+mod headless;
+mod hosting;
+mod record;
+mod report;
+mod window;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Mode};
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    tracing_subscriber::fmt()
+        .with_env_filter(tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into()))
+        .with_writer(std::io::stderr)
+        .init();
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("pottery-studio: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match arguments.mode()? {
+        Mode::Headless(session) => headless::run(&session),
+        Mode::Window(session) => match window::run(&session)? {
+            window::Ended::ByPerson => Ok(()),
+            window::Ended::NoDisplay(reason) => {
+                eprintln!("pottery-studio: no window can be opened here ({reason}); working headless instead");
+                headless::run(&arguments.headless_session()?)
+            }
+        },
+    }
+}

@@ -1,0 +1,240 @@
+//! The command line: what can be asked for, and the sentences when it cannot be done.
+//!
+//! Owns names, defaults and help; opens nothing but the stroke files it is given.
+//! Invariant: a `Mode` that exists can be run as it is.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use pottery_client::Target;
+use pottery_client::stroke::Stroke;
+use pottery_server::ServerConfig;
+use pottery_shared::clay::MethodKind;
+use pottery_shared::protocol::JoinCode;
+
+/// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
+///
+/// Without a command it hosts a studio and opens a window on it; without a display, or with --headless, scripted
+/// potters work in its place and the pot is written to files.
+#[derive(Debug, Parser)]
+#[command(name = "pottery-studio", version, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    host: HostFlags,
+}
+
+const EXAMPLES: &str = "Examples:
+  pottery-studio                                         host and work in a window
+  pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
+  pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.png, pot.stl, session.json
+  pottery-studio --headless --stroke mine.csv            let one of them replay a recorded stroke
+  pottery-studio --record mine.csv                       record what you do with the mouse
+
+Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
+the view, +/- tool size, up/down wheel speed, V/B viscosity, R resets the view, Esc leaves.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Host a studio (the same as no command)
+    Host(HostFlags),
+    /// Join a studio that somebody hosts
+    Join(JoinFlags),
+}
+
+#[derive(Args, Clone, Debug)]
+struct HostFlags {
+    /// UDP address to listen on; port 0 takes any free one [default: all networks, port 4747; headless: loopback, any]
+    #[arg(long)]
+    listen: Option<SocketAddr>,
+    /// Join code of 8 characters; a fresh one when left out
+    #[arg(long)]
+    code: Option<JoinCode>,
+    /// How the clay deforms
+    #[arg(long, value_enum, default_value_t = MethodName::Improved)]
+    method: MethodName,
+    /// Work without a window
+    #[arg(long)]
+    headless: bool,
+    /// Scripted potters (headless)
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=64))]
+    potters: u16,
+    /// How long they work, s (headless)
+    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    seconds: f64,
+    /// Folder for pot.png, pot.stl and session.json (headless)
+    #[arg(long, value_name = "DIR", default_value = "studio-out")]
+    out: PathBuf,
+    /// Stroke file that a potter replays instead of its own; repeat it for more potters (headless)
+    #[arg(long, value_name = "FILE")]
+    stroke: Vec<PathBuf>,
+    /// Whether scripted hands follow their stroke exactly or as a hand that the clay pushes back (headless)
+    #[arg(long, value_enum, default_value_t = HandKind::Scripted)]
+    hand: HandKind,
+    /// Record the own stroke (headless: the first potter's) to a file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+struct JoinFlags {
+    /// Host and port of the studio; the port is 4747 when left out
+    address: String,
+    /// The join code that the host shows
+    #[arg(long)]
+    code: JoinCode,
+    /// Which wheel to work at
+    #[arg(long, default_value_t = 1)]
+    wheel: u16,
+    /// Record the own stroke to a file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    /// Circular Sector Element Method, every element by itself
+    Original,
+    /// The same with local propagation
+    Improved,
+}
+
+/// How a scripted hand holds its tool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum HandKind {
+    /// Exactly on the stroke, whatever it feels
+    Scripted,
+    /// Mass, spring and damper between the stroke and the tool
+    Simulated,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub(crate) enum Mode {
+    Headless(HeadlessSession),
+    Window(WindowSession),
+}
+
+/// A session of scripted potters.
+#[derive(Clone, Debug)]
+pub(crate) struct HeadlessSession {
+    pub(crate) server: ServerConfig,
+    /// One for each potter.
+    pub(crate) strokes: Vec<Arc<Stroke>>,
+    pub(crate) seconds: f64,
+    pub(crate) out: PathBuf,
+    pub(crate) hand: HandKind,
+    pub(crate) record: Option<PathBuf>,
+}
+
+/// A session in a window.
+#[derive(Clone, Debug)]
+pub(crate) struct WindowSession {
+    pub(crate) place: Place,
+    pub(crate) record: Option<PathBuf>,
+}
+
+/// Whose studio the window is on.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    Hosted(Box<ServerConfig>),
+    Joined(Target),
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.5..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("choose a number of seconds from 0.5 to 86400".into()),
+    }
+}
+
+/// The strokes that potters replay when they are given no others: the paper's evaluation stroke first.
+const STROKES: [(&str, &str); 4] = [
+    ("evaluation.csv", include_str!("../../../tests/data/strokes/evaluation.csv")),
+    ("waist.csv", include_str!("../../../tests/data/strokes/waist.csv")),
+    ("foot.csv", include_str!("../../../tests/data/strokes/foot.csv")),
+    ("neck.csv", include_str!("../../../tests/data/strokes/neck.csv")),
+];
+
+impl Arguments {
+    pub(crate) fn mode(&self) -> anyhow::Result<Mode> {
+        let flags = match &self.command {
+            Some(Command::Join(join)) => {
+                check_writable(join.record.as_ref())?;
+                let target = Target { address: join.address.clone(), code: join.code.clone(), wheel: join.wheel };
+                return Ok(Mode::Window(WindowSession { place: Place::Joined(target), record: join.record.clone() }));
+            }
+            Some(Command::Host(flags)) => flags,
+            None => &self.host,
+        };
+        check_writable(flags.record.as_ref())?;
+        if flags.headless {
+            return Ok(Mode::Headless(flags.headless_session()?));
+        }
+        let server = flags.server_config(ServerConfig::default().listen);
+        Ok(Mode::Window(WindowSession { place: Place::Hosted(Box::new(server)), record: flags.record.clone() }))
+    }
+
+    /// The headless session to fall back to when there is no display.
+    pub(crate) fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
+        match &self.command {
+            Some(Command::Join(_)) => bail!("joining needs a display; start it where a window can be opened"),
+            Some(Command::Host(flags)) => flags.headless_session(),
+            None => self.host.headless_session(),
+        }
+    }
+}
+
+impl HostFlags {
+    fn server_config(&self, listen: SocketAddr) -> ServerConfig {
+        ServerConfig {
+            listen: self.listen.unwrap_or(listen),
+            code: self.code.clone(),
+            method: match self.method {
+                MethodName::Original => MethodKind::Original,
+                MethodName::Improved => MethodKind::Improved,
+            },
+            ..ServerConfig::default()
+        }
+    }
+
+    fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
+        if self.stroke.len() > usize::from(self.potters) {
+            bail!("{} strokes are too many for {} potters; raise --potters", self.stroke.len(), self.potters);
+        }
+        let mut strokes = Vec::new();
+        for path in &self.stroke {
+            let stroke = Stroke::read(path).with_context(|| format!("the stroke {}", path.display()))?;
+            strokes.push(Arc::new(stroke));
+        }
+        for potter in strokes.len()..usize::from(self.potters) {
+            let (name, text) = STROKES[potter % STROKES.len()];
+            strokes.push(Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?));
+        }
+        let mut server = self.server_config(SocketAddr::from(([127, 0, 0, 1], 0)));
+        server.wheel_speed = strokes[0].wheel_speed();
+        Ok(HeadlessSession {
+            server,
+            strokes,
+            seconds: self.seconds,
+            out: self.out.clone(),
+            hand: self.hand,
+            record: self.record.clone(),
+        })
+    }
+}
+
+/// Says now, not after an hour's work, that a recording cannot be written.
+fn check_writable(path: Option<&PathBuf>) -> anyhow::Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(path)
+        .with_context(|| format!("the recording {} cannot be written; choose another file", path.display()))?;
+    Ok(())
+}

