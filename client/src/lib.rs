@@ -1,1 +1,5 @@
-//! Placeholder while the dependencies build.
+//! The pottery client library.
+//!
+//! Knows no window and no command line: those are the studio's.
+
+pub mod render;
