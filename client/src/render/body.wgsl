@@ -1,8 +1,8 @@
 // The clay body, whichever part of the pot it is on; follows light.wgsl.
 
-const WET_CLAY: vec3<f32> = vec3<f32>(0.375, 0.150, 0.078);
-const DRY_CLAY: vec3<f32> = vec3<f32>(0.560, 0.320, 0.215);
-const SLIP: vec3<f32> = vec3<f32>(0.46, 0.225, 0.130);
+const WET_CLAY: vec3<f32> = vec3<f32>(0.285, 0.115, 0.066);
+const DRY_CLAY: vec3<f32> = vec3<f32>(0.500, 0.285, 0.195);
+const SLIP: vec3<f32> = vec3<f32>(0.37, 0.175, 0.108);
 
 // Share of the surroundings seen from within the pot: the opening's solid angle shrinks with the depth.
 fn opening(position_m: vec3<f32>) -> f32 {
@@ -25,8 +25,8 @@ fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, i
     let groove = clamp(hollow_mm * 2.2, -1.0, 1.0);
     var albedo = mix(DRY_CLAY, WET_CLAY, wet);
     // slip gathers where fingers left it; ridges rub paler
-    albedo = mix(albedo, SLIP, clamp(0.10 + 0.16 * streak - 0.20 * groove, 0.0, 0.5));
-    albedo *= 1.0 + 0.10 * streak;
+    albedo = mix(albedo, SLIP, clamp(0.12 + 0.12 * streak - 0.25 * groove, 0.0, 0.5));
+    albedo *= 1.0 + 0.07 * streak;
     let tools = past_tools(position_m, normal);
 
     var matter: Matter;
@@ -35,7 +35,7 @@ fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, i
     matter.film_normal = normalize(normal + vec3<f32>(0.0, 0.0, 0.015 * streak));
     matter.albedo = albedo;
     matter.film = wet * clamp(0.80 + 0.45 * streak + 0.25 * groove, 0.25, 1.3) + 0.06;
-    matter.blur = mix(0.55, 0.13, wet) + 0.05 * streak;
+    matter.blur = mix(0.55, 0.09, wet) + 0.05 * streak;
     matter.openness = tools.x * (1.0 - 0.45 * max(groove, 0.0));
     matter.key = tools.y * (1.0 - 0.30 * max(groove, 0.0));
     if inside {

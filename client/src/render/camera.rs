@@ -27,8 +27,8 @@ impl Default for Camera {
         Self {
             azimuth_rad: -core::f32::consts::FRAC_PI_2,
             elevation_rad: 0.45,
-            distance_m: 0.66,
-            target_m: Vec3::new(0.0, 0.0, 0.095),
+            distance_m: 0.62,
+            target_m: Vec3::new(0.0, 0.0, 0.09),
             view_angle_rad: 0.56,
         }
     }

@@ -5,10 +5,11 @@
 
 struct Wall {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position_m: vec3<f32>,
-    @location(1) normal: vec3<f32>,
+    // centroid: at an outline the middle of the pixel may lie beside the wall, where light grazes without end
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
     // row and column, counted on through the seam
-    @location(2) element: vec2<f32>,
+    @location(2) @interpolate(perspective, centroid) element: vec2<f32>,
 }
 
 @vertex
@@ -29,8 +30,9 @@ fn wall_fragment(wall: Wall) -> @location(0) vec4<f32> {
     let known = textureSample(relief, relief_filter, texel);
     let radius_m = length(wall.position_m.xy);
     let detailed = skin.facing * normal_from_slopes(wall.position_m.xy / radius_m, radius_m, known.xy);
-    // where a pixel spans several elements the mesh's own normal is the steadier mean of them
-    let span = max(fwidth(wall.element.x), fwidth(wall.element.y));
+    // where a pixel spans several vertices the mesh's own normal is the steadier mean of them
+    let spans = fwidth(wall.element) / vec2<f32>(f32(skin.row_stride), f32(skin.column_stride));
+    let span = max(spans.x, spans.y);
     let normal = normalize(mix(detailed, wall.normal, smoothstep(1.5, 4.0, span)));
     let hollow = skin.facing * known.z;
     let inside = skin.facing < 0.0;

@@ -9,7 +9,7 @@ use super::mesh::Stride;
 use super::scene::Scene;
 
 /// Heights at which the pot's outline is known to the light.
-pub(super) const OUTLINE: usize = 16;
+pub(super) const OUTLINE: usize = 8;
 /// Half the width over which a hollow is looked for, m: a fingertip's groove.
 const HOLLOW_REACH_M: f32 = 0.0025;
 /// Radius at which that reach is counted in columns, m.
@@ -115,7 +115,7 @@ impl Outline {
         let rows = outer.shape().rows();
         let mut radii_m = [0.0; OUTLINE];
         for (at, radius_m) in radii_m.iter_mut().enumerate() {
-            *radius_m = Self::mean_m(outer, (2 * at as u32 + 1) * (rows - 1) / (2 * OUTLINE as u32));
+            *radius_m = Self::mean_m(outer, (at as u32 + 1) * (rows - 1) / OUTLINE as u32);
         }
         let inner_surface = &pot.surfaces()[inner.surface];
         Self {

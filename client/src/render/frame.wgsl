@@ -21,14 +21,15 @@ struct Frame {
     rim_inner_m: f32,
     foot_m: f32,
     tools: u32,
-    // mean outer radius at sixteen heights, foot to rim
-    outline: array<vec4<f32>, 4>,
+    // mean outer radius at eight heights above the foot, the last at the rim
+    outline: array<vec4<f32>, 2>,
     tool: array<Tool, 64>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-const OUTLINE: u32 = 16u;
+const EXPOSURE: f32 = 0.58;
+const OUTLINE: u32 = 8u;
 
 fn room_from_pot(point: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(
@@ -38,13 +39,18 @@ fn room_from_pot(point: vec3<f32>) -> vec3<f32> {
     );
 }
 
+fn outline_height(step: u32) -> f32 {
+    return f32(step + 1u) / f32(OUTLINE) * frame.pot_height_m;
+}
+
 fn outline_radius(step: u32) -> f32 {
     return frame.outline[step / 4u][step % 4u];
 }
 
 // Filmic curve of Narkowicz (2015), an approximation of ACES.
 fn filmic(radiance: vec3<f32>) -> vec3<f32> {
-    let shown = radiance * (2.51 * radiance + 0.03) / (radiance * (2.43 * radiance + 0.59) + 0.14);
+    let exposed = EXPOSURE * radiance;
+    let shown = exposed * (2.51 * exposed + 0.03) / (exposed * (2.43 * exposed + 0.59) + 0.14);
     return clamp(shown, vec3<f32>(0.0), vec3<f32>(1.0));
 }
 

@@ -78,10 +78,6 @@ impl GridTextures {
         Self { shape, radii, radii_view, relief_view, source, relief, reach: uniform.reach(), stale: vec![whole] }
     }
 
-    pub(super) const fn shape(&self) -> GridShape {
-        self.shape
-    }
-
     pub(super) const fn radii(&self) -> &wgpu::Texture {
         &self.radii
     }

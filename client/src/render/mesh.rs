@@ -16,7 +16,8 @@ pub(super) struct Stride {
 impl Stride {
     /// All of them.
     pub(super) const FULL: Self = Self { columns: 1, rows: 1 };
-    const MAX: u32 = 16;
+    /// Widest stride over rows: on the default grid four to the narrowest groove that a fingertip leaves.
+    const ROWS_MAX: u32 = 4;
     /// Columns may lie this much further apart than rows: a chord of 4° leaves a circle of 60 mm by 37 µm only,
     /// while grooves run round the pot and show in its outline row by row.
     const COLUMN_SHARE: f32 = 2.0;
@@ -24,14 +25,17 @@ impl Stride {
     /// The largest stride, a power of two, whose vertices lie at most `vertex_px` apart on a screen that shows a
     /// metre as `px_per_m`.
     pub(super) fn for_screen(px_per_m: f32, column_m: f32, row_m: f32, vertex_px: f32) -> Self {
-        let stride = |element_m: f32, limit_px: f32| {
+        let stride = |element_m: f32, limit_px: f32, max: u32| {
             let mut stride = 1;
-            while stride < Self::MAX && 2.0 * stride as f32 * element_m * px_per_m <= limit_px {
+            while stride < max && 2.0 * stride as f32 * element_m * px_per_m <= limit_px {
                 stride *= 2;
             }
             stride
         };
-        Self { columns: stride(column_m, Self::COLUMN_SHARE * vertex_px), rows: stride(row_m, vertex_px) }
+        Self {
+            columns: stride(column_m, Self::COLUMN_SHARE * vertex_px, 2 * Self::ROWS_MAX),
+            rows: stride(row_m, vertex_px, Self::ROWS_MAX),
+        }
     }
 }
 

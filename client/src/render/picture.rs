@@ -4,7 +4,6 @@
 
 use pottery_shared::clay::Pot;
 
-use super::readback::texels;
 use super::{Gpu, PotRenderer, RenderError, Scene};
 
 const SAMPLES: u32 = 4;
@@ -13,36 +12,10 @@ const SAMPLES: u32 = 4;
 ///
 /// # Errors
 /// [`RenderError::Size`] when a side is zero or longer than the device allows; otherwise when the device was lost.
-pub fn picture_rgba(
-    gpu: &Gpu,
-    pot: &Pot,
-    scene: &Scene<'_>,
-    width: u32,
-    height: u32,
-) -> Result<Vec<u8>, RenderError> {
-    let max = gpu.device().limits().max_texture_dimension_2d;
-    if width == 0 || height == 0 || width > max || height > max {
-        return Err(RenderError::Size { width, height, max });
-    }
-    let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-    let target = gpu.device().create_texture(&wgpu::TextureDescriptor {
-        label: Some("picture"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    let mut renderer = PotRenderer::new(gpu, format, SAMPLES, pot);
+pub fn picture_rgba(gpu: &Gpu, pot: &Pot, scene: &Scene<'_>, width: u32, height: u32) -> Result<Vec<u8>, RenderError> {
+    let mut renderer = PotRenderer::new(gpu, wgpu::TextureFormat::Rgba8UnormSrgb, SAMPLES, pot);
     renderer.set_vertex_px(0.0);
-    let mut encoder =
-        gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    renderer.draw(&mut encoder, &view, (width, height), scene);
-    gpu.queue().submit([encoder.finish()]);
-    texels(gpu.device(), gpu.queue(), &target, 4)
+    renderer.pixels(scene, width, height)
 }
 
 /// The scene as a PNG file's bytes.

@@ -175,7 +175,8 @@ pub(super) struct Pipelines {
     pub(super) lip: wgpu::RenderPipeline,
     pub(super) floor: wgpu::RenderPipeline,
     pub(super) ball: wgpu::RenderPipeline,
-    pub(super) lathe: wgpu::RenderPipeline,
+    pub(super) head: wgpu::RenderPipeline,
+    pub(super) pan: wgpu::RenderPipeline,
     pub(super) backdrop: wgpu::RenderPipeline,
 }
 
@@ -216,7 +217,8 @@ impl Pipelines {
             lip: draw(shader::RIM, "lip_vertex", "lip_fragment", &[frame, skin, skin], back),
             floor: draw(shader::RIM, "floor_vertex", "floor_fragment", &[frame, skin], back),
             ball: draw(shader::TOOL, "ball_vertex", "ball_fragment", &[frame], back),
-            lathe: draw(shader::SCENERY, "lathe_vertex", "lathe_fragment", &[frame], None),
+            head: draw(shader::SCENERY, "lathe_vertex", "head_fragment", &[frame], None),
+            pan: draw(shader::SCENERY, "lathe_vertex", "pan_fragment", &[frame], None),
             backdrop: draw(shader::SCENERY, "backdrop_vertex", "backdrop_fragment", &[frame], None),
         }
     }

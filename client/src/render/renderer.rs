@@ -14,7 +14,8 @@ use super::readback::{RenderError, texels};
 use super::{Gpu, Scene};
 
 /// Vertices of the shapes that the shaders make up, as `scenery.wgsl`, `tool.wgsl` and `rim.wgsl` count them.
-const LATHE_VERTICES: u32 = 9 * 128 * 6;
+const HEAD_VERTICES: u32 = 3 * 128 * 6;
+const PAN_VERTICES: u32 = 6 * 128 * 6;
 const BALL_VERTICES: u32 = 40 * 20 * 6;
 const LIP_VERTICES: u32 = 8 * 6;
 const FLOOR_VERTICES: u32 = 3;
@@ -200,10 +201,40 @@ impl PotRenderer {
         self.draw_clay(&mut pass, &meshes);
         pass.set_pipeline(&self.pipelines.ball);
         pass.draw(0..BALL_VERTICES, 0..frame.tools());
-        pass.set_pipeline(&self.pipelines.lathe);
-        pass.draw(0..LATHE_VERTICES, 0..1);
+        pass.set_pipeline(&self.pipelines.head);
+        pass.draw(0..HEAD_VERTICES, 0..1);
+        pass.set_pipeline(&self.pipelines.pan);
+        pass.draw(HEAD_VERTICES..HEAD_VERTICES + PAN_VERTICES, 0..1);
         pass.set_pipeline(&self.pipelines.backdrop);
         pass.draw(0..3, 0..1);
+    }
+
+    /// Draws the scene aside and brings its pixels back, row by row from the top, in the renderer's own format.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`] when a side is zero or longer than the device allows; otherwise when the device was lost.
+    pub fn pixels(&mut self, scene: &Scene<'_>, width: u32, height: u32) -> Result<Vec<u8>, RenderError> {
+        let max = self.device.limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width > max || height > max {
+            return Err(RenderError::Size { width, height, max });
+        }
+        let target = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: self.format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder =
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        self.draw(&mut encoder, &view, (width, height), scene);
+        self.queue.submit([encoder.finish()]);
+        let texel_bytes = self.format.block_copy_size(None).expect("formats that are drawn into have one size");
+        texels(&self.device, &self.queue, &target, texel_bytes)
     }
 
     /// Chooses every skin's stride for the view, tells the shaders, and returns the stride and the mesh's number.
@@ -235,7 +266,8 @@ impl PotRenderer {
             pass.draw_indexed(0..mesh.index_count, 0, 0..1);
         }
         // the outermost and the innermost skin meet at the rim; the latter holds the floor
-        let faced = |outwards: bool| self.skins.iter().zip(meshes).filter(move |(of, _)| of.skin.faces_outwards == outwards);
+        let faced =
+            |outwards: bool| self.skins.iter().zip(meshes).filter(move |(of, _)| of.skin.faces_outwards == outwards);
         if let (Some((outer, &(outer_stride, _))), Some((inner, &(inner_stride, _)))) =
             (faced(true).next(), faced(false).next_back())
         {

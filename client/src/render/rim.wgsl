@@ -9,8 +9,8 @@ const LIP_RISE: f32 = 0.16;
 
 struct Lip {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position_m: vec3<f32>,
-    @location(1) normal: vec3<f32>,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 }
 
 @vertex
@@ -48,7 +48,7 @@ fn lip_fragment(lip: Lip) -> @location(0) vec4<f32> {
 
 struct Floor {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position_m: vec3<f32>,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
 }
 
 @vertex

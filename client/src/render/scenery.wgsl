@@ -1,18 +1,17 @@
 // Wheel head, splash pan and backdrop; follows frame.wgsl, light.wgsl and body.wgsl.
 
 const HEAD_RADIUS_M: f32 = 0.165;
+const PLASTIC: vec3<f32> = vec3<f32>(0.046, 0.057, 0.063);
 const AROUND: u32 = 128u;
-const STRIPS: u32 = 9u;
 
 struct Lathe {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position_m: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    // below 0.5 the wheel head, above it the pan
-    @location(2) pan: f32,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 }
 
-// Radius and height of both edges of a strip of the profile, from the axis outwards, m.
+// Radius and height of both edges of a strip of the profile, from the axis outwards, m: three strips are the head, six
+// the pan.
 fn strip_edges(strip: u32) -> vec4<f32> {
     switch strip {
         case 0u: { return vec4<f32>(0.0, 0.0, 0.1635, 0.0); }
@@ -43,7 +42,6 @@ fn lathe_vertex(@builtin(vertex_index) vertex_index: u32) -> Lathe {
     lathe.position_m = vec3<f32>(circle * at.x, at.y);
     lathe.normal = vec3<f32>(circle * -across.y, across.x);
     lathe.clip = frame.clip_from_room * vec4<f32>(lathe.position_m, 1.0);
-    lathe.pan = select(0.0, 1.0, strip > 2u);
     return lathe;
 }
 
@@ -52,16 +50,16 @@ fn pixel_size(position_m: vec3<f32>) -> f32 {
     return length(fwidth(position_m.xy));
 }
 
-// Smudges of slip round the foot, thrown outwards.
+// How thickly slip lies on the head, 0 to 1: a puddle at the foot, and rings thrown off it that thin out.
 fn smudge(at: vec2<f32>) -> f32 {
     let away = length(at);
+    let gap = away - frame.foot_m;
     let turn = atan2(at.y, at.x);
-    let wave = sin(turn * 3.0 + away * 60.0) * 0.5 + sin(turn * 7.0 - away * 95.0 + 1.7) * 0.3 + sin(turn * 17.0 + 0.6) * 0.2;
-    let reach = frame.foot_m + 0.016 + 0.010 * wave;
-    let puddle = 1.0 - smoothstep(reach - 0.004, reach + 0.003, away);
-    let arms = smoothstep(0.55, 0.95, sin(turn * 5.0 + away * 70.0) * 0.6 + wave * 0.5)
-        * (1.0 - smoothstep(frame.foot_m + 0.02, frame.foot_m + 0.075, away)) * 0.6;
-    return max(puddle, arms);
+    let uneven = sin(turn * 2.0 + 0.6) * 0.45 + sin(turn * 3.0 - away * 25.0) * 0.35 + sin(turn * 7.0 + away * 60.0) * 0.20;
+    let puddle = 1.0 - smoothstep(0.002, 0.009 + 0.005 * uneven, gap);
+    let rings = 0.5 + 0.5 * sin(gap * 780.0 + 2.2 * uneven);
+    let thrown = exp(-max(gap, 0.0) / 0.024) * (0.30 + 0.22 * uneven) * (0.45 + 0.55 * rings);
+    return clamp(0.80 * puddle + thrown, 0.0, 1.0);
 }
 
 // Mirror image of the pot's outline in the head: share of the way that clay covers.
@@ -69,7 +67,7 @@ fn mirrored_pot(position_m: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
     var covered = 0.0;
     var height = 0.0;
     for (var at = 0u; at < OUTLINE; at++) {
-        let rise = (f32(at) + 0.5) / f32(OUTLINE) * frame.pot_height_m - position_m.z;
+        let rise = outline_height(at) - position_m.z;
         let aside = length(position_m.xy + direction.xy * (rise / max(direction.z, 0.05))) - outline_radius(at);
         let hit = 1.0 - smoothstep(-0.002 - 0.06 * rise, 0.002 + 0.06 * rise, aside);
         height = select(height, rise, hit > covered);
@@ -105,11 +103,13 @@ fn wheel_head(position_m: vec3<f32>, flat_normal: vec3<f32>) -> vec3<f32> {
     let pin = min(length(at - vec2<f32>(pin_radius, 0.0)), length(at + vec2<f32>(pin_radius, 0.0)));
     let brass = 1.0 - smoothstep(0.0045, 0.0045 + fine + 0.0002, pin);
     let recess = (1.0 - smoothstep(0.0045, 0.0075, pin)) * (1.0 - brass);
-    let along = dot(at, vec2<f32>(0.5, 0.8660254));
+    // the line's far half is shorter, so that no half turn looks like none
+    let signed = dot(at, vec2<f32>(0.5, 0.8660254));
+    let along = select(-signed - 0.022, signed, signed > 0.0);
     let beside = abs(dot(at, vec2<f32>(-0.8660254, 0.5)));
-    let grainy = 0.65 + 0.35 * sin(along * 2100.0) * sin(beside * 3900.0 + along * 700.0);
+    let grainy = 0.78 + 0.22 * sin(beside * 3900.0 + 2.0 * sin(along * 260.0));
     let chalk = (1.0 - smoothstep(0.0014, 0.0024 + fine, beside)) * smoothstep(0.092, 0.097, along)
-        * (1.0 - smoothstep(0.150, 0.156, along)) * grainy;
+        * (1.0 - smoothstep(0.150, 0.156, abs(signed))) * grainy;
     let slip = smudge(at) * select(0.0, 1.0, top);
 
     var albedo = vec3<f32>(0.040, 0.041, 0.045) * (1.0 - 0.55 * groove);
@@ -134,10 +134,15 @@ fn wheel_head(position_m: vec3<f32>, flat_normal: vec3<f32>) -> vec3<f32> {
     matter.key = tools.y * past_pot(position_m) * (1.0 - 0.6 * contact);
     var radiance = shaded(matter);
     if top {
+        // turned metal glints where its rings run across the line between light and eye
+        let halfway = normalize(normalize(frame.camera_m - position_m) + KEY);
+        let across = dot(vec3<f32>(-outwards.y, outwards.x, 0.0), halfway);
+        let glint = fifth(fifth(fifth(1.0 - across * across)));
+        radiance += 0.075 * KEY_LIGHT * glint * matter.key * (1.0 - slip) * (1.0 - 0.7 * chalk);
         let view = normalize(frame.camera_m - position_m);
         let mirrored = reflect(-view, normalize(mix(normal, flat_normal, 0.75)));
         let image = mirrored_pot(position_m, mirrored);
-        let grazing = 0.045 + 0.5 * pow(1.0 - clamp(view.z, 0.0, 1.0), 4.0);
+        let grazing = 0.045 + 0.5 * fifth(1.0 - clamp(view.z, 0.0, 1.0));
         let clay_light = WET_CLAY * (0.55 + 0.35 * clamp(-dot(mirrored.xy, KEY.xy), -1.0, 1.0));
         let fading = exp(-image.y / 0.09);
         radiance = mix(radiance, clay_light, image.x * grazing * 2.2 * fading * (1.0 - 0.5 * slip));
@@ -145,34 +150,29 @@ fn wheel_head(position_m: vec3<f32>, flat_normal: vec3<f32>) -> vec3<f32> {
     return radiance;
 }
 
+// Dull plastic, lit without reflections: it covers much of the picture and should not call for attention.
 fn splash_pan(position_m: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let away = length(position_m.xy);
-    let tools = past_tools(position_m, normal);
-    var matter: Matter;
-    matter.position_m = position_m;
-    matter.normal = normal;
-    matter.film_normal = normal;
-    matter.albedo = vec3<f32>(0.085, 0.105, 0.115);
-    matter.film = 0.9;
-    matter.blur = 0.34;
     // deep between head and wall of the pan
     let depth = clamp(-position_m.z / 0.04, 0.0, 1.0);
     let under = smoothstep(HEAD_RADIUS_M - 0.01, HEAD_RADIUS_M + 0.06, away);
-    matter.openness = tools.x * mix(1.0, 0.25 + 0.5 * under, depth);
-    matter.key = tools.y * past_pot(position_m) * mix(1.0, under, depth);
-    return shaded(matter);
+    let openness = mix(1.0, 0.25 + 0.5 * under, depth);
+    let key = max((dot(normal, KEY) + 0.22) / 1.22, 0.0) * past_pot(position_m) * mix(1.0, under, depth);
+    let strip = max(dot(normal, STRIP), 0.0);
+    let falling = KEY_LIGHT * key + STRIP_LIGHT * strip * openness + mix(GROUND, SKY, 0.5 + 0.5 * normal.z) * openness;
+    let view = normalize(frame.camera_m - position_m);
+    let sheen = fifth(fifth(max(dot(normal, normalize(view + KEY)), 0.0)));
+    return PLASTIC * falling + KEY_LIGHT * 0.03 * sheen * key;
 }
 
 @fragment
-fn lathe_fragment(lathe: Lathe) -> @location(0) vec4<f32> {
-    let normal = normalize(lathe.normal);
-    var radiance: vec3<f32>;
-    if lathe.pan < 0.5 {
-        radiance = wheel_head(lathe.position_m, normal);
-    } else {
-        radiance = splash_pan(lathe.position_m, normal);
-    }
-    return pixel_from(radiance, lathe.clip.xy);
+fn head_fragment(lathe: Lathe) -> @location(0) vec4<f32> {
+    return pixel_from(wheel_head(lathe.position_m, normalize(lathe.normal)), lathe.clip.xy);
+}
+
+@fragment
+fn pan_fragment(lathe: Lathe) -> @location(0) vec4<f32> {
+    return pixel_from(splash_pan(lathe.position_m, normalize(lathe.normal)), lathe.clip.xy);
 }
 
 struct Backdrop {
@@ -192,7 +192,7 @@ fn backdrop_fragment(backdrop: Backdrop) -> @location(0) vec4<f32> {
     // a pool of light on the wall behind the wheel, falling off to the corners
     let pool = exp(-dot((at - vec2<f32>(-0.35, 0.30)) * vec2<f32>(0.60, 0.85), (at - vec2<f32>(-0.35, 0.30)) * vec2<f32>(0.60, 0.85)));
     let lower = smoothstep(0.35, -0.9, at.y);
-    var radiance = mix(vec3<f32>(0.050, 0.054, 0.062), vec3<f32>(0.235, 0.222, 0.205), pool);
-    radiance = mix(radiance, vec3<f32>(0.050, 0.045, 0.042), 0.75 * lower);
+    var radiance = mix(vec3<f32>(0.060, 0.060, 0.064), vec3<f32>(0.285, 0.255, 0.222), pool);
+    radiance = mix(radiance, vec3<f32>(0.045, 0.040, 0.038), 0.8 * lower);
     return pixel_from(radiance, backdrop.clip.xy);
 }

@@ -34,8 +34,7 @@ pub(super) const CLAY: ShaderText =
 pub(super) const RIM: ShaderText =
     module!("rim": "transform.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "rim.wgsl");
 pub(super) const TOOL: ShaderText = module!("tool": "frame.wgsl", "light.wgsl", "tool.wgsl");
-pub(super) const SCENERY: ShaderText =
-    module!("scenery": "frame.wgsl", "light.wgsl", "body.wgsl", "scenery.wgsl");
+pub(super) const SCENERY: ShaderText = module!("scenery": "frame.wgsl", "light.wgsl", "body.wgsl", "scenery.wgsl");
 
 /// Every module that the renderer compiles.
 pub const MODULES: [ShaderText; 6] = [RELIEF, PROBE, CLAY, RIM, TOOL, SCENERY];

@@ -5,8 +5,8 @@ const ALONG: u32 = 20u;
 
 struct Ball {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position_m: vec3<f32>,
-    @location(1) normal: vec3<f32>,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
     @location(2) @interpolate(flat) number: u32,
 }
 
@@ -43,8 +43,8 @@ fn ball_fragment(ball: Ball) -> @location(0) vec4<f32> {
     matter.openness = 0.75 + 0.25 * normal.z;
     matter.key = past_pot(ball.position_m + normal * 0.002);
     // light through the body of the ball, and a ring while it touches
-    let glow = tool.colour * (0.10 + 0.30 * pow(1.0 - facing, 2.0));
+    let glow = tool.colour * (0.08 + 0.25 * (1.0 - facing) * (1.0 - facing));
     let ring = smoothstep(0.62, 0.40, facing) * tool.touching;
-    let radiance = shaded(matter) + glow + (tool.colour * 1.4 + 0.35) * ring;
+    let radiance = shaded(matter) + glow + (tool.colour * 1.6 + 0.15) * ring;
     return pixel_from(radiance, ball.clip.xy);
 }
