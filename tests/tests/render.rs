@@ -2,6 +2,7 @@
 //!
 //! Draws with whatever adapter there is, in software where there is no other; without any, every test here that
 //! draws fails and names the package to install.
+#![expect(clippy::unwrap_used, reason = "an error here is a failed test")]
 
 use std::path::Path;
 
@@ -33,7 +34,7 @@ mod analytic {
     }
 }
 
-/// The outward normal r e_r − (dr/dθ) e_θ − r (dr/dz) e_z of the analytic surface, `inset_m` further in; any length.
+/// The outward normal r e_r − (dr/dθ) e_θ − r (dr/dz) e_z of the analytic surface, `inset_m` in; any length.
 fn analytic_normal(angle: f64, z: f64, inset_m: f64) -> [f64; 3] {
     let radius = analytic::radius_m(angle, z) - inset_m;
     let (around, upwards) = analytic::slopes(angle, z);
@@ -135,8 +136,8 @@ fn vertices_and_normals_are_those_of_the_analytic_surface() {
         // f32 radius, cosine and height: a few roundings of 2⁻²⁴ times 200 mm
         assert!(distance_m < 0.1e-6, "{skin:?}: {distance_m} m");
         // differences miss h²/6 · r‴ of the slope inside and h²/3 · r‴ at foot and rim: with r‴ = b k³ and
-        // h = 0.5 mm that is 0.0053, or 0.3°
-        assert!(paper_deg < 0.35, "{skin:?}: {paper_deg} degrees");
+        // h = 0.5 mm that is 0.0027, or 0.15°; what they miss round the pot is a twentieth of it
+        assert!(paper_deg < 0.16, "{skin:?}: {paper_deg} degrees");
         // half the spacing both ways leaves a quarter; off 4 by the next order of the series and the roundings of r
         let ratio = paper_deg / finer_deg;
         assert!((3.4..4.6).contains(&ratio), "{skin:?}: {paper_deg} degrees become {finer_deg}");
@@ -256,8 +257,8 @@ fn plain_and_srgb_targets_show_the_same_picture() {
     let [srgb, plain] = [wgpu::TextureFormat::Rgba8UnormSrgb, wgpu::TextureFormat::Rgba8Unorm]
         .map(|format| drawn(&mut PotRenderer::new(&gpu, format, 1, &pot), &scene));
     let largest = srgb.iter().flatten().zip(plain.iter().flatten()).map(|(one, other)| one.abs_diff(*other)).max();
-    // one step of rounding and one of the noise against banding, which is shaped in another space
-    assert!(largest <= Some(3), "{largest:?} steps of 255");
+    // both round once, from curves of their own
+    assert!(largest <= Some(2), "{largest:?} steps of 255");
 }
 
 #[test]

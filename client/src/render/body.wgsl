@@ -20,7 +20,11 @@ fn through_rim(position_m: vec3<f32>) -> f32 {
 }
 
 // `hollow_mm` is positive in a groove, `streak` runs from −1 to 1.
+//
+// Asks for the normals of neighbouring pixels: call it in uniform control flow.
 fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, inside: bool) -> vec3<f32> {
+    // a bend within the pixel spreads what it mirrors, or thin crests would sparkle
+    let bend = length(fwidth(normal));
     let wet = frame.wetness;
     let groove = clamp(hollow_mm * 2.2, -1.0, 1.0);
     var albedo = mix(DRY_CLAY, WET_CLAY, wet);
@@ -35,7 +39,8 @@ fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, i
     matter.film_normal = normalize(normal + vec3<f32>(0.0, 0.0, 0.015 * streak));
     matter.albedo = albedo;
     matter.film = wet * clamp(0.80 + 0.45 * streak + 0.25 * groove, 0.25, 1.3) + 0.06;
-    matter.blur = mix(0.55, 0.09, wet) + 0.05 * streak;
+    matter.film *= (1.0 - 0.6 * max(-normal.z, 0.0)) / (1.0 + 4.0 * bend * bend);
+    matter.blur = mix(0.55, 0.09, wet) + 0.05 * streak + bend;
     matter.openness = tools.x * (1.0 - 0.45 * max(groove, 0.0));
     matter.key = tools.y * (1.0 - 0.30 * max(groove, 0.0));
     if inside {

@@ -36,5 +36,5 @@ fn wall_fragment(wall: Wall) -> @location(0) vec4<f32> {
     let normal = normalize(mix(detailed, wall.normal, smoothstep(1.5, 4.0, span)));
     let hollow = skin.facing * known.z;
     let inside = skin.facing < 0.0;
-    return pixel_from(clay(wall.position_m, normal, hollow, known.w, inside), wall.clip.xy);
+    return pixel_from(clay(wall.position_m, normal, hollow, known.w, inside));
 }

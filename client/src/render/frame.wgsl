@@ -59,15 +59,11 @@ fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
     return select(curve, 12.92 * linear, linear < vec3<f32>(0.0031308));
 }
 
-// Radiance to a pixel of the target, with half a step of noise against banding.
-fn pixel_from(radiance: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
+// Radiance to a pixel of the target.
+fn pixel_from(radiance: vec3<f32>) -> vec4<f32> {
     var shown = filmic(radiance);
-    let grain = fract(52.9829189 * fract(dot(at, vec2<f32>(0.06711056, 0.00583715)))) - 0.5;
     if frame.encodes > 0.5 {
-        shown = srgb_from_linear(shown) + grain / 255.0;
-    } else {
-        // the derivative of the sRGB curve is about 1 / (2 sqrt(linear)) where banding shows
-        shown = shown + grain / 255.0 * 2.0 * sqrt(shown);
+        shown = srgb_from_linear(shown);
     }
     return vec4<f32>(shown, 1.0);
 }

@@ -81,7 +81,8 @@ impl Gpu {
             .await
             .map_err(|source| GpuError::NoDevice { adapter: info.name.clone(), source })?;
         let is_software = info.device_type == wgpu::DeviceType::Cpu;
-        Ok(Self { adapter, device, queue, name: info.name, is_software })
+        let name = format!("{} ({})", info.name, info.backend);
+        Ok(Self { adapter, device, queue, name, is_software })
     }
 
     /// The adapter, for asking what a surface can do on it.
@@ -102,7 +103,7 @@ impl Gpu {
         &self.queue
     }
 
-    /// The adapter's name as its driver gives it.
+    /// The adapter's name as its driver gives it, and the interface it is reached through.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

@@ -98,6 +98,7 @@ impl GridTextures {
     /// Sends the radii of `window`, and nothing else, to the device: one rectangle, or two when it crosses the seam.
     pub(super) fn upload(&mut self, queue: &wgpu::Queue, surface: &Surface, window: Window) {
         assert_eq!(surface.shape(), self.shape);
+        assert!(window.first_column < self.shape.columns() && window.columns <= self.shape.columns());
         assert!(window.first_row + window.rows <= self.shape.rows());
         for (first_column, columns) in parts(self.shape, window) {
             let start = first_column as usize * self.shape.rows() as usize + window.first_row as usize;

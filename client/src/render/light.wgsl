@@ -104,7 +104,7 @@ fn shaded(matter: Matter) -> vec3<f32> {
     let film_normal = normalize(matter.film_normal + leaning * view);
     let grazing = fifth(1.0 - clamp(dot(film_normal, view), 0.0, 1.0));
     let mirrored = reflect(-view, film_normal);
-    let film = matter.film * (0.048 + 0.60 * grazing) * studio(mirrored, matter.blur);
+    let film = matter.film * (0.048 + 0.42 * grazing) * studio(mirrored, matter.blur);
     let halfway = normalize(view + KEY);
     let sheen = 0.05 * fifth(fifth(max(dot(normal, halfway), 0.0))) * KEY_LIGHT * matter.key;
     let seen = matter.openness * matter.openness * (0.35 + 0.65 * matter.key);

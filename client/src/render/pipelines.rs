@@ -232,7 +232,7 @@ impl Pipelines {
             groups: &[None, Some(&layouts.skin)],
             topology: wgpu::PrimitiveTopology::PointList,
             cull: None,
-            targets: &[wgpu::TextureFormat::Rgba32Float; 2],
+            targets: &[wgpu::TextureFormat::Rgba32Uint; 2],
             depth: false,
             samples: 1,
         }

@@ -52,7 +52,7 @@ pub fn probe_skin(gpu: &Gpu, pot: &Pot, skin: Skin) -> Result<Vec<ProbedVertex>,
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
+            format: wgpu::TextureFormat::Rgba32Uint,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         })

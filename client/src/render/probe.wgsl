@@ -7,8 +7,9 @@ struct Probed {
 }
 
 struct Pixel {
-    @location(0) position_m: vec4<f32>,
-    @location(1) normal: vec4<f32>,
+    // the bits of f32: not every WebGL2 can draw into a float texture
+    @location(0) position_m: vec4<u32>,
+    @location(1) normal: vec4<u32>,
 }
 
 @vertex
@@ -25,5 +26,8 @@ fn probe_vertex(@builtin(vertex_index) vertex_index: u32) -> Probed {
 
 @fragment
 fn probe_fragment(probed: Probed) -> Pixel {
-    return Pixel(vec4<f32>(probed.position_m, 1.0), vec4<f32>(probed.normal, 1.0));
+    var pixel: Pixel;
+    pixel.position_m = bitcast<vec4<u32>>(vec4<f32>(probed.position_m, 1.0));
+    pixel.normal = bitcast<vec4<u32>>(vec4<f32>(probed.normal, 1.0));
+    return pixel;
 }

@@ -21,7 +21,7 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Most tools in one picture: what a person can still tell apart, and four kilobytes of uniforms at most.
+    /// Most tools in one picture: what a person can still tell apart, and two kilobytes of uniforms.
     pub const TOOLS_MAX: usize = 64;
 }
 

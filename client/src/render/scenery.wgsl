@@ -55,7 +55,9 @@ fn smudge(at: vec2<f32>) -> f32 {
     let away = length(at);
     let gap = away - frame.foot_m;
     let turn = atan2(at.y, at.x);
-    let uneven = sin(turn * 2.0 + 0.6) * 0.45 + sin(turn * 3.0 - away * 25.0) * 0.35 + sin(turn * 7.0 + away * 60.0) * 0.20;
+    let uneven = 0.45 * sin(turn * 2.0 + 0.6)
+        + 0.35 * sin(turn * 3.0 - away * 25.0)
+        + 0.20 * sin(turn * 7.0 + away * 60.0);
     let puddle = 1.0 - smoothstep(0.002, 0.009 + 0.005 * uneven, gap);
     let rings = 0.5 + 0.5 * sin(gap * 780.0 + 2.2 * uneven);
     let thrown = exp(-max(gap, 0.0) / 0.024) * (0.30 + 0.22 * uneven) * (0.45 + 0.55 * rings);
@@ -87,12 +89,13 @@ fn wheel_head(position_m: vec3<f32>, flat_normal: vec3<f32>) -> vec3<f32> {
     let fine = pixel_size(position_m);
     let top = flat_normal.z > 0.9;
 
-    // turned grooves every 12 mm, and finer tool marks between them
+    // turned grooves every 12.5 mm, and finer tool marks between them
     let phase = away / 0.0125;
     let nearest = (fract(phase + 0.5) - 0.5) * 0.0125;
     let shown = 1.0 - smoothstep(0.0005, 0.0025, fine);
     let groove = exp(-nearest * nearest / (2.0 * 0.0006 * 0.0006)) * shown;
-    let lean = -nearest / 0.0006 * groove * 0.55 + sin(away * 6.2831853 / 0.0017) * 0.035 * (1.0 - smoothstep(0.0003, 0.0010, fine));
+    let turned = sin(away * 6.2831853 / 0.0017) * (1.0 - smoothstep(0.0003, 0.0010, fine));
+    let lean = 0.035 * turned - 0.55 * groove * nearest / 0.0006;
     var normal = flat_normal;
     if top {
         normal = normalize(flat_normal - vec3<f32>(outwards * lean, 0.0));
@@ -167,12 +170,12 @@ fn splash_pan(position_m: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
 
 @fragment
 fn head_fragment(lathe: Lathe) -> @location(0) vec4<f32> {
-    return pixel_from(wheel_head(lathe.position_m, normalize(lathe.normal)), lathe.clip.xy);
+    return pixel_from(wheel_head(lathe.position_m, normalize(lathe.normal)));
 }
 
 @fragment
 fn pan_fragment(lathe: Lathe) -> @location(0) vec4<f32> {
-    return pixel_from(splash_pan(lathe.position_m, normalize(lathe.normal)), lathe.clip.xy);
+    return pixel_from(splash_pan(lathe.position_m, normalize(lathe.normal)));
 }
 
 struct Backdrop {
@@ -190,9 +193,12 @@ fn backdrop_vertex(@builtin(vertex_index) vertex_index: u32) -> Backdrop {
 fn backdrop_fragment(backdrop: Backdrop) -> @location(0) vec4<f32> {
     let at = vec2<f32>(backdrop.at.x * frame.aspect, backdrop.at.y);
     // a pool of light on the wall behind the wheel, falling off to the corners
-    let pool = exp(-dot((at - vec2<f32>(-0.35, 0.30)) * vec2<f32>(0.60, 0.85), (at - vec2<f32>(-0.35, 0.30)) * vec2<f32>(0.60, 0.85)));
+    let aside = (at - vec2<f32>(-0.35, 0.30)) * vec2<f32>(0.60, 0.85);
+    let pool = exp(-dot(aside, aside));
     let lower = smoothstep(0.35, -0.9, at.y);
     var radiance = mix(vec3<f32>(0.060, 0.060, 0.064), vec3<f32>(0.285, 0.255, 0.222), pool);
     radiance = mix(radiance, vec3<f32>(0.045, 0.040, 0.038), 0.8 * lower);
-    return pixel_from(radiance, backdrop.clip.xy);
+    // about a step of noise, against bands in what changes so slowly
+    let grain = fract(52.9829189 * fract(dot(backdrop.clip.xy, vec2<f32>(0.06711056, 0.00583715)))) - 0.5;
+    return pixel_from(radiance * (1.0 + 0.03 * grain));
 }

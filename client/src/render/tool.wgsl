@@ -46,5 +46,5 @@ fn ball_fragment(ball: Ball) -> @location(0) vec4<f32> {
     let glow = tool.colour * (0.08 + 0.25 * (1.0 - facing) * (1.0 - facing));
     let ring = smoothstep(0.62, 0.40, facing) * tool.touching;
     let radiance = shaded(matter) + glow + (tool.colour * 1.6 + 0.15) * ring;
-    return pixel_from(radiance, ball.clip.xy);
+    return pixel_from(radiance);
 }

@@ -44,7 +44,8 @@ fn column_circle(columns: u32, column: u32) -> vec2<f32> {
     let angle = f32(rest) * (QUARTER_TURN / f32(columns));
     let square = angle * angle;
     let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square / 40320.0)));
-    let sine = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362880.0))));
+    let cubic = square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362880.0)));
+    let sine = angle - angle * cubic;
     switch quarters & 3u {
         case 0u: { return vec2<f32>(cosine, sine); }
         case 1u: { return vec2<f32>(-sine, cosine); }
@@ -72,7 +73,11 @@ fn slopes_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32) -> vec2<f32
         first = on.rows - 3u;
         weights = vec3<f32>(1.0, -4.0, 3.0);
     }
-    let three = vec3<f32>(radius_at(grid, here, first), radius_at(grid, here, first + 1u), radius_at(grid, here, first + 2u));
+    let three = vec3<f32>(
+        radius_at(grid, here, first),
+        radius_at(grid, here, first + 1u),
+        radius_at(grid, here, first + 2u),
+    );
     return vec2<f32>(around, dot(weights, three) / (2.0 * on.row_height_m));
 }
 
