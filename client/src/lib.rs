@@ -10,6 +10,7 @@ pub mod device;
 pub mod export;
 mod haptic_loop;
 mod potter;
+pub mod render;
 pub mod stroke;
 mod transport;
 pub mod view;

@@ -10,6 +10,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_client::device::{Device, HandModel, ScriptedDevice, SimulatedDevice};
+use pottery_client::render::{self, Gpu, Scene};
 use pottery_client::stroke::StrokeRecorder;
 use pottery_client::{Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
@@ -124,7 +125,15 @@ fn write(
 }
 
 /// Draws the pot; without a graphics driver it says so and goes on.
-fn picture(_pot: &Pot, _folder: &Path) -> anyhow::Result<bool> {
-    let _ = PICTURE;
-    Ok(false)
+fn picture(pot: &Pot, folder: &Path) -> anyhow::Result<bool> {
+    let gpu = match Gpu::headless() {
+        Ok(gpu) => gpu,
+        Err(error) => {
+            eprintln!("pottery-studio: no picture was drawn: {error}");
+            return Ok(false);
+        }
+    };
+    let png = render::picture(&gpu, pot, &Scene::default(), PICTURE.0, PICTURE.1)?;
+    write(folder, "pot.png", |file| Ok(std::io::Write::write_all(file, &png)?))?;
+    Ok(true)
 }

@@ -1,0 +1,30 @@
+//! The picture of the studio: the pot, its wheel and the tools at it.
+//!
+//! Owns the graphics device, the textures that hold the radii and every shader. Knows no window, no clock and no
+//! network: what to show arrives as a [`Pot`](pottery_shared::clay::Pot) and a [`Scene`].
+//! Invariant: what the shaders turn into points is the radius grid and nothing else; no vertex lies in a buffer.
+//!
+//! The world is the room: metres, z up along the wheel's axis, the foot of the pot at z = 0.
+//! Everything works within WebGL2's limits: no storage buffer, no compute, no feature asked for.
+
+mod camera;
+mod frame;
+mod gpu;
+mod grid;
+mod mesh;
+mod picture;
+mod pipelines;
+mod probe;
+mod readback;
+mod renderer;
+mod scene;
+mod shader;
+
+pub use camera::Camera;
+pub use gpu::{Gpu, GpuError};
+pub use picture::{picture, picture_rgba};
+pub use probe::{ProbedVertex, probe_skin};
+pub use readback::RenderError;
+pub use renderer::PotRenderer;
+pub use scene::{Scene, ToolView};
+pub use shader::{MODULES, ShaderText};

@@ -1,0 +1,54 @@
+// The clay body, whichever part of the pot it is on; follows light.wgsl.
+
+const WET_CLAY: vec3<f32> = vec3<f32>(0.285, 0.115, 0.066);
+const DRY_CLAY: vec3<f32> = vec3<f32>(0.500, 0.285, 0.195);
+const SLIP: vec3<f32> = vec3<f32>(0.37, 0.175, 0.108);
+
+// Share of the surroundings seen from within the pot: the opening's solid angle shrinks with the depth.
+fn opening(position_m: vec3<f32>) -> f32 {
+    let depth = max(frame.pot_height_m - position_m.z, 0.0);
+    let rim = frame.rim_inner_m;
+    return rim * rim / (rim * rim + 0.8 * depth * depth) * mix(0.62, 1.0, smoothstep(0.0, 0.5, depth / rim) * 0.6);
+}
+
+// Share of the key light that falls through the rim onto a point within the pot.
+fn through_rim(position_m: vec3<f32>) -> f32 {
+    let rise = max(frame.pot_height_m - position_m.z, 0.0);
+    let aside = length(position_m.xy + KEY.xy * (rise / KEY.z)) - frame.rim_inner_m;
+    let blur = 0.002 + 0.10 * rise;
+    return 1.0 - smoothstep(-blur, blur, aside);
+}
+
+// `hollow_mm` is positive in a groove, `streak` runs from −1 to 1.
+//
+// Asks for the normals of neighbouring pixels: call it in uniform control flow.
+fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, inside: bool) -> vec3<f32> {
+    // a bend within the pixel spreads what it mirrors, or thin crests would sparkle
+    let bend = length(fwidth(normal));
+    let wet = frame.wetness;
+    let groove = clamp(hollow_mm * 2.2, -1.0, 1.0);
+    var albedo = mix(DRY_CLAY, WET_CLAY, wet);
+    // slip gathers where fingers left it; ridges rub paler
+    albedo = mix(albedo, SLIP, clamp(0.12 + 0.12 * streak - 0.25 * groove, 0.0, 0.5));
+    albedo *= 1.0 + 0.07 * streak;
+    let tools = past_tools(position_m, normal);
+
+    var matter: Matter;
+    matter.position_m = position_m;
+    matter.normal = normal;
+    matter.film_normal = normalize(normal + vec3<f32>(0.0, 0.0, 0.015 * streak));
+    matter.albedo = albedo;
+    matter.film = wet * clamp(0.80 + 0.45 * streak + 0.25 * groove, 0.25, 1.3) + 0.06;
+    matter.film *= (1.0 - 0.6 * max(-normal.z, 0.0)) / (1.0 + 4.0 * bend * bend);
+    matter.blur = mix(0.55, 0.09, wet) + 0.05 * streak + bend;
+    matter.openness = tools.x * (1.0 - 0.45 * max(groove, 0.0));
+    matter.key = tools.y * (1.0 - 0.30 * max(groove, 0.0));
+    if inside {
+        matter.openness *= opening(position_m);
+        matter.key *= through_rim(position_m);
+    } else {
+        // the wheel head takes half the sky from the foot and throws its shade back
+        matter.openness *= 1.0 - 0.5 * exp(-position_m.z / 0.018);
+    }
+    return shaded(matter);
+}

@@ -1,0 +1,95 @@
+//! Where the picture is seen from.
+//!
+//! Owns the projection and its inverse; knows no pot and no device.
+//! Invariant: a ray through the place where a point is shown passes through that point.
+
+use glam::camera::rh;
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+/// A camera on an orbit round a target, room frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Angle about the wheel's axis from x towards y at which the camera stands, rad.
+    pub azimuth_rad: f32,
+    /// Angle above the horizontal, rad; kept within ±[`Camera::ELEVATION_MAX_RAD`].
+    pub elevation_rad: f32,
+    /// Distance from the target, m; kept above [`Camera::DISTANCE_MIN_M`].
+    pub distance_m: f32,
+    /// The point in the middle of the picture, m.
+    pub target_m: Vec3,
+    /// Angle of view over the height of a picture that is at least as wide as [`Camera::ASPECT_MIN`], rad.
+    pub view_angle_rad: f32,
+}
+
+impl Default for Camera {
+    /// In front of a pot of 200 mm height and 60 mm radius, high enough to look into it, with room above to pull up.
+    fn default() -> Self {
+        Self {
+            azimuth_rad: -core::f32::consts::FRAC_PI_2,
+            elevation_rad: 0.45,
+            distance_m: 0.62,
+            target_m: Vec3::new(0.0, 0.0, 0.09),
+            view_angle_rad: 0.56,
+        }
+    }
+}
+
+impl Camera {
+    /// Steepest view up or down, rad: short of the axis, where no side would be up.
+    pub const ELEVATION_MAX_RAD: f32 = 1.54;
+    /// Least distance from the target, m.
+    pub const DISTANCE_MIN_M: f32 = 0.05;
+    /// Narrower pictures (width over height) widen the angle of view instead of cutting the pot off.
+    pub const ASPECT_MIN: f32 = 1.1;
+    const NEAR_M: f32 = 0.02;
+    const FAR_M: f32 = 8.0;
+
+    fn backwards(&self) -> Vec3 {
+        let elevation = self.elevation_rad.clamp(-Self::ELEVATION_MAX_RAD, Self::ELEVATION_MAX_RAD);
+        let (rise, along) = elevation.sin_cos();
+        let (y, x) = self.azimuth_rad.sin_cos();
+        Vec3::new(along * x, along * y, rise)
+    }
+
+    /// Where the camera stands, m.
+    #[must_use]
+    pub fn eye_m(&self) -> Vec3 {
+        self.target_m + self.backwards() * self.distance_m.max(Self::DISTANCE_MIN_M)
+    }
+
+    /// Half the height of the picture at distance 1.
+    #[must_use]
+    pub fn half_height(&self, aspect: f32) -> f32 {
+        let half = (0.5 * self.view_angle_rad.clamp(0.05, 2.5)).tan();
+        half * (Self::ASPECT_MIN / aspect).max(1.0)
+    }
+
+    /// The matrix from the room to clip space (x right, y up, depth 0 to 1) for a picture of width over height
+    /// `aspect`.
+    #[must_use]
+    pub fn view_projection(&self, aspect: f32) -> Mat4 {
+        let angle = 2.0 * self.half_height(aspect).atan();
+        let projection = rh::proj::directx::perspective(angle, aspect, Self::NEAR_M, Self::FAR_M);
+        projection * rh::view::look_at_mat4(self.eye_m(), self.target_m, Vec3::Z)
+    }
+
+    /// The ray through a point of the picture: where it starts (the camera, m) and its direction of length one.
+    ///
+    /// `ndc` runs from −1 to 1, x to the right and y upwards.
+    #[must_use]
+    pub fn ray(&self, ndc: Vec2, aspect: f32) -> (Vec3, Vec3) {
+        let forwards = -self.backwards();
+        let right = forwards.cross(Vec3::Z).normalize();
+        let up = right.cross(forwards);
+        let half = self.half_height(aspect);
+        let direction = forwards + right * (ndc.x * half * aspect) + up * (ndc.y * half);
+        (self.eye_m(), direction.normalize())
+    }
+
+    /// Where a point of the room is shown (x right, y up, −1 to 1), unless it lies behind the camera.
+    #[must_use]
+    pub fn ndc(&self, point_m: Vec3, aspect: f32) -> Option<Vec2> {
+        let clip: Vec4 = self.view_projection(aspect) * point_m.extend(1.0);
+        (clip.w > Self::NEAR_M).then(|| Vec2::new(clip.x, clip.y) / clip.w)
+    }
+}

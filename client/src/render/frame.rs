@@ -1,0 +1,179 @@
+//! What the shaders are told: the frame and the skins, byte for byte as the WGSL declares them.
+//!
+//! Knows no device.
+
+use bytemuck::{Pod, Zeroable};
+use pottery_shared::clay::{GridShape, Pot, Skin, Surface};
+
+use super::mesh::Stride;
+use super::scene::Scene;
+
+/// Heights at which the pot's outline is known to the light.
+pub(super) const OUTLINE: usize = 8;
+/// Half the width over which a hollow is looked for, m: a fingertip's groove.
+const HOLLOW_REACH_M: f32 = 0.0025;
+/// Radius at which that reach is counted in columns, m.
+const USUAL_RADIUS_M: f32 = 0.06;
+
+/// `struct Tool` of `frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct ToolUniform {
+    centre_m: [f32; 3],
+    radius_m: f32,
+    colour: [f32; 3],
+    touching: f32,
+}
+
+/// `struct Frame` of `frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct FrameUniform {
+    clip_from_room: [f32; 16],
+    camera_m: [f32; 3],
+    wetness: f32,
+    wheel: [f32; 2],
+    encodes: f32,
+    aspect: f32,
+    pot_height_m: f32,
+    rim_inner_m: f32,
+    foot_m: f32,
+    tools: u32,
+    outline_m: [f32; OUTLINE],
+    tool: [ToolUniform; Scene::TOOLS_MAX],
+}
+
+/// `struct Skin` of `transform.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SkinUniform {
+    columns: u32,
+    rows: u32,
+    first_row: u32,
+    column_stride: u32,
+    row_stride: u32,
+    facing: f32,
+    inset_m: f32,
+    row_height_m: f32,
+    reach_columns: u32,
+    reach_rows: u32,
+    padding: [u32; 2],
+}
+
+impl SkinUniform {
+    pub(super) fn new(shape: GridShape, row_height_m: f32, skin: Skin, first_row: u32, stride: Stride) -> Self {
+        let reach = |element_m: f32| (HOLLOW_REACH_M / element_m).round().clamp(1.0, 64.0) as u32;
+        Self {
+            columns: shape.columns(),
+            rows: shape.rows(),
+            first_row,
+            column_stride: stride.columns,
+            row_stride: stride.rows,
+            facing: if skin.faces_outwards { 1.0 } else { -1.0 },
+            inset_m: skin.inset_m,
+            row_height_m,
+            reach_columns: reach(shape.column_angle_rad() * USUAL_RADIUS_M).min(shape.columns() / 4),
+            reach_rows: reach(row_height_m).min(shape.rows() - 1),
+            padding: [0; 2],
+        }
+    }
+
+    /// Elements (columns, rows) round a changed one whose light changes with it.
+    pub(super) const fn reach(&self) -> (u32, u32) {
+        (self.reach_columns, self.reach_rows)
+    }
+}
+
+/// The first row that belongs to a skin: an inner wall starts where the floor lies.
+pub(super) fn first_row(pot: &Pot, skin: Skin) -> u32 {
+    let surface = &pot.surfaces()[skin.surface];
+    let rows = surface.shape().rows();
+    if skin.faces_outwards {
+        return 0;
+    }
+    let floor_m = pot.spec().wall.0;
+    (0..rows).find(|&row| surface.row_z_m(row) >= floor_m).unwrap_or(1).clamp(1, rows - 2)
+}
+
+/// The pot as the light knows it: a body of revolution.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outline {
+    height_m: f32,
+    radii_m: [f32; OUTLINE],
+    foot_m: f32,
+    rim_inner_m: f32,
+}
+
+impl Outline {
+    /// Columns that the mean radius is taken over.
+    const COLUMNS: u32 = 48;
+
+    pub(super) fn of(pot: &Pot) -> Self {
+        let skins = pot.skins();
+        let outer = &pot.surfaces()[skins[0].surface];
+        let inner = skins.iter().rev().find(|skin| !skin.faces_outwards).unwrap_or(&skins[0]);
+        let rows = outer.shape().rows();
+        let mut radii_m = [0.0; OUTLINE];
+        for (at, radius_m) in radii_m.iter_mut().enumerate() {
+            *radius_m = Self::mean_m(outer, (at as u32 + 1) * (rows - 1) / OUTLINE as u32);
+        }
+        let inner_surface = &pot.surfaces()[inner.surface];
+        Self {
+            height_m: outer.height_m(),
+            radii_m,
+            foot_m: Self::mean_m(outer, 0),
+            rim_inner_m: (Self::mean_m(inner_surface, inner_surface.shape().rows() - 1) - inner.inset_m).max(1e-3),
+        }
+    }
+
+    fn mean_m(surface: &Surface, row: u32) -> f32 {
+        let columns = surface.shape().columns();
+        let step = columns.div_ceil(Self::COLUMNS);
+        let radii = (0..columns).step_by(step as usize).map(|column| surface.column_m(column)[row as usize]);
+        let count = radii.len() as f32;
+        radii.sum::<f32>() / count
+    }
+
+    /// Largest mean radius, m.
+    pub(super) fn widest_m(&self) -> f32 {
+        self.radii_m.iter().copied().fold(0.0, f32::max)
+    }
+}
+
+impl FrameUniform {
+    /// `encodes`: whether the shader has to apply the sRGB curve, because the target does not.
+    pub(super) fn new(scene: &Scene<'_>, outline: &Outline, aspect: f32, encodes: bool) -> Self {
+        let (sin, cos) = scene.phase.radians().sin_cos();
+        let mut tool = [ToolUniform::zeroed(); Scene::TOOLS_MAX];
+        let shown = scene.tools.iter().filter(|tool| tool.centre_m.is_finite() && tool.radius_m.is_finite());
+        let mut tools = 0;
+        for (slot, view) in tool.iter_mut().zip(shown) {
+            *slot = ToolUniform {
+                centre_m: view.centre_m.to_array(),
+                radius_m: view.radius_m.max(1e-5),
+                colour: view.colour,
+                touching: f32::from(u8::from(view.touching)),
+            };
+            tools += 1;
+        }
+        Self {
+            clip_from_room: scene.camera.view_projection(aspect).to_cols_array(),
+            camera_m: scene.camera.eye_m().to_array(),
+            wetness: scene.wetness.clamp(0.0, 1.0),
+            wheel: [cos as f32, sin as f32],
+            encodes: f32::from(u8::from(encodes)),
+            aspect,
+            pot_height_m: outline.height_m,
+            rim_inner_m: outline.rim_inner_m,
+            foot_m: outline.foot_m,
+            tools,
+            outline_m: outline.radii_m,
+            tool,
+        }
+    }
+
+    /// Number of tools that are shown.
+    pub(super) const fn tools(&self) -> u32 {
+        self.tools
+    }
+}

@@ -1,0 +1,117 @@
+//! The graphics device, with or without a window.
+//!
+//! Owns the choice of adapter and what is asked of it; draws nothing.
+//! Invariant: no more is asked of a device than WebGL2 offers, except larger textures where it has them.
+
+/// An opened graphics device.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    adapter: wgpu::Adapter,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    name: String,
+    is_software: bool,
+}
+
+/// Why no graphics device can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// Nothing on this machine can draw, not even in software; install a driver.
+    #[error(
+        "no graphics adapter was found, not even a software one: install a driver, on Debian `apt install \
+         mesa-vulkan-drivers` ({source})"
+    )]
+    NoAdapter {
+        /// What was looked for.
+        source: wgpu::RequestAdapterError,
+    },
+    /// The adapter offers less than WebGL2; use another one (`WGPU_ADAPTER_NAME`) or a newer driver.
+    #[error("the graphics adapter {adapter} cannot be opened: {source}")]
+    NoDevice {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it answered.
+        source: wgpu::RequestDeviceError,
+    },
+}
+
+impl Gpu {
+    /// How to make an instance: backends from `WGPU_BACKEND` when it is set, checks in debug builds.
+    #[must_use]
+    pub fn instance_descriptor() -> wgpu::InstanceDescriptor {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        // DEBUG as well would make Debian's older SPIRV-Tools report an error that is none
+        descriptor.flags =
+            if cfg!(debug_assertions) { wgpu::InstanceFlags::VALIDATION } else { wgpu::InstanceFlags::empty() };
+        descriptor.with_env()
+    }
+
+    /// Opens the best adapter, without a window.
+    ///
+    /// # Errors
+    /// [`GpuError`] when there is none or it cannot be opened.
+    pub fn headless() -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::new(Self::instance_descriptor());
+        pollster::block_on(Self::open(&instance, None))
+    }
+
+    /// Opens the best adapter that can show pictures on `surface`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when there is none or it cannot be opened.
+    pub fn for_surface(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
+        pollster::block_on(Self::open(instance, Some(surface)))
+    }
+
+    async fn open(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        let adapter = instance.request_adapter(&options).await.map_err(|source| GpuError::NoAdapter { source })?;
+        let info = adapter.get_info();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("pottery"),
+            required_limits: wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits()),
+            ..Default::default()
+        };
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
+            .map_err(|source| GpuError::NoDevice { adapter: info.name.clone(), source })?;
+        let is_software = info.device_type == wgpu::DeviceType::Cpu;
+        let name = format!("{} ({})", info.name, info.backend);
+        Ok(Self { adapter, device, queue, name, is_software })
+    }
+
+    /// The adapter, for asking what a surface can do on it.
+    #[must_use]
+    pub const fn adapter(&self) -> &wgpu::Adapter {
+        &self.adapter
+    }
+
+    /// The device.
+    #[must_use]
+    pub const fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    #[must_use]
+    pub const fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// The adapter's name as its driver gives it, and the interface it is reached through.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the processor draws: pictures are then made coarser where it hardly shows.
+    #[must_use]
+    pub const fn is_software(&self) -> bool {
+        self.is_software
+    }
+}

@@ -1,0 +1,310 @@
+//! Draws a pot, its wheel and the tools at it.
+//!
+//! Owns everything on the device that belongs to one pot. The caller says what changed (`upload`) and what to show
+//! (`draw`); nothing is drawn unasked.
+//! Invariant: only the rectangles handed to `upload` travel to the device.
+
+use pottery_shared::clay::{GridShape, Pot, Skin, Window};
+
+use super::frame::{FrameUniform, Outline, SkinUniform, first_row};
+use super::grid::GridTextures;
+use super::mesh::{Meshes, Stride, mesh_columns};
+use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines};
+use super::readback::{RenderError, texels};
+use super::{Gpu, Scene};
+
+/// Vertices of the shapes that the shaders make up, as `scenery.wgsl`, `tool.wgsl` and `rim.wgsl` count them.
+const HEAD_VERTICES: u32 = 3 * 128 * 6;
+const PAN_VERTICES: u32 = 6 * 128 * 6;
+const BALL_VERTICES: u32 = 40 * 20 * 6;
+const LIP_VERTICES: u32 = 8 * 6;
+const FLOOR_VERTICES: u32 = 3;
+
+/// A skin of the pot on the device.
+#[derive(Debug)]
+struct SkinDrawing {
+    skin: Skin,
+    shape: GridShape,
+    row_height_m: f32,
+    first_row: u32,
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+}
+
+/// What is drawn into, for one size.
+#[derive(Debug)]
+struct Targets {
+    size: (u32, u32),
+    depth: wgpu::TextureView,
+    /// The samples of each pixel, when there are several.
+    samples: Option<wgpu::TextureView>,
+}
+
+/// Draws one pot.
+#[derive(Debug)]
+pub struct PotRenderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    vertex_px: f32,
+    pipelines: Pipelines,
+    frame: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    grids: Vec<GridTextures>,
+    skins: Vec<SkinDrawing>,
+    meshes: Meshes,
+    outline: Outline,
+    targets: Option<Targets>,
+}
+
+impl PotRenderer {
+    /// Largest distance on screen between neighbouring vertices on a graphics card, pixels.
+    pub const VERTEX_PX: f32 = 1.5;
+    /// The same when the processor draws, where vertices cost most; the light still sees every element.
+    pub const VERTEX_PX_SOFTWARE: f32 = 6.0;
+
+    /// A renderer of `pot` into pictures of `color_format` with `samples` samples a pixel (1 or 4).
+    ///
+    /// The format may be an sRGB one or a plain one; in both cases the picture is meant for an sRGB screen.
+    ///
+    /// # Panics
+    /// When the device cannot draw into that format with that many samples.
+    #[must_use]
+    pub fn new(gpu: &Gpu, color_format: wgpu::TextureFormat, samples: u32, pot: &Pot) -> Self {
+        let device = gpu.device().clone();
+        let layouts = Layouts::new(&device);
+        let pipelines = Pipelines::new(&device, &layouts, color_format, samples);
+        let frame = uniform_buffer::<FrameUniform>(&device, "frame");
+        let frame_group = layouts.bind_frame(&device, &frame);
+        let grids: Vec<_> =
+            pot.surfaces().iter().map(|surface| GridTextures::new(&device, &layouts, surface)).collect();
+        let skins = pot.skins().into_iter().map(|skin| {
+            let uniform = uniform_buffer::<SkinUniform>(&device, "skin");
+            let group = layouts.bind_skin(&device, &uniform, grids[skin.surface].radii_view());
+            let surface = &pot.surfaces()[skin.surface];
+            let (shape, row_height_m) = (surface.shape(), surface.row_height_m());
+            SkinDrawing { skin, shape, row_height_m, first_row: first_row(pot, skin), uniform, group }
+        });
+        let skins = skins.collect();
+        let mut renderer = Self {
+            queue: gpu.queue().clone(),
+            format: color_format,
+            sample_count: samples,
+            vertex_px: if gpu.is_software() { Self::VERTEX_PX_SOFTWARE } else { Self::VERTEX_PX },
+            pipelines,
+            frame,
+            frame_group,
+            grids,
+            skins,
+            meshes: Meshes::default(),
+            outline: Outline::of(pot),
+            targets: None,
+            device,
+        };
+        renderer.upload_all(pot);
+        renderer
+    }
+
+    /// Sets the largest distance on screen between neighbouring vertices, pixels; 0 draws every element.
+    ///
+    /// The stride is the largest power of two that keeps to it where the pot is nearest. Columns may lie twice as
+    /// far apart as rows.
+    pub fn set_vertex_px(&mut self, vertex_px: f32) {
+        self.vertex_px = vertex_px;
+    }
+
+    /// Sends the radii of one window of one surface to the device, and nothing else.
+    ///
+    /// # Panics
+    /// When the pot has other surfaces than the one the renderer was made for, or the window lies outside.
+    pub fn upload(&mut self, pot: &Pot, surface: usize, window: Window) {
+        self.grids[surface].upload(&self.queue, &pot.surfaces()[surface], window);
+        self.outline = Outline::of(pot);
+    }
+
+    /// Sends all radii to the device.
+    ///
+    /// # Panics
+    /// When the pot has other surfaces than the one the renderer was made for.
+    pub fn upload_all(&mut self, pot: &Pot) {
+        assert_eq!(pot.surfaces().len(), self.grids.len());
+        for (grid, surface) in self.grids.iter_mut().zip(pot.surfaces()) {
+            let whole = grid.whole();
+            grid.upload(&self.queue, surface, whole);
+        }
+        self.outline = Outline::of(pot);
+    }
+
+    /// The radii of one surface as they lie on the device, `[columns][rows]`, m.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the device was lost.
+    ///
+    /// # Panics
+    /// When there is no such surface.
+    pub fn radii_on_device(&self, surface: usize) -> Result<Vec<f32>, RenderError> {
+        let bytes = texels(&self.device, &self.queue, self.grids[surface].radii(), size_of::<f32>() as u32)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+
+    /// Draws the scene over all of `target`, which is of the renderer's format and `size` (width, height) pixels.
+    ///
+    /// The commands refer to state that the next `draw` overwrites: submit them before drawing again.
+    /// A size of zero draws nothing.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        size: (u32, u32),
+        scene: &Scene<'_>,
+    ) {
+        let (width, height) = size;
+        if width == 0 || height == 0 {
+            return;
+        }
+        let aspect = width as f32 / height as f32;
+        let frame = FrameUniform::new(scene, &self.outline, aspect, !self.format.is_srgb());
+        self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        let meshes = self.choose_meshes(scene, aspect, height);
+        for grid in &mut self.grids {
+            grid.refresh(encoder, &self.pipelines);
+        }
+        if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
+            self.targets = Some(self.new_targets(size));
+        }
+        let targets = self.targets.as_ref().expect("made just above");
+        let (view, resolve_target) = match &targets.samples {
+            Some(samples) => (samples, Some(target)),
+            None => (target, None),
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("studio"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target,
+                ops: wgpu::Operations {
+                    // the backdrop covers what nothing else does
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        self.draw_clay(&mut pass, &meshes);
+        pass.set_pipeline(&self.pipelines.ball);
+        pass.draw(0..BALL_VERTICES, 0..frame.tools());
+        pass.set_pipeline(&self.pipelines.head);
+        pass.draw(0..HEAD_VERTICES, 0..1);
+        pass.set_pipeline(&self.pipelines.pan);
+        pass.draw(HEAD_VERTICES..HEAD_VERTICES + PAN_VERTICES, 0..1);
+        pass.set_pipeline(&self.pipelines.backdrop);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// Draws the scene aside and brings its pixels back, row by row from the top, in the renderer's own format.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`] when a side is zero or longer than the device allows; otherwise when the device was lost.
+    pub fn pixels(&mut self, scene: &Scene<'_>, width: u32, height: u32) -> Result<Vec<u8>, RenderError> {
+        let max = self.device.limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width > max || height > max {
+            return Err(RenderError::Size { width, height, max });
+        }
+        let target = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: self.format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder =
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        self.draw(&mut encoder, &view, (width, height), scene);
+        self.queue.submit([encoder.finish()]);
+        let texel_bytes = self.format.block_copy_size(None).expect("formats that are drawn into have one size");
+        texels(&self.device, &self.queue, &target, texel_bytes)
+    }
+
+    /// Chooses every skin's stride for the view, tells the shaders, and returns the stride and the mesh's number.
+    fn choose_meshes(&mut self, scene: &Scene<'_>, aspect: f32, height_px: u32) -> Vec<(Stride, usize)> {
+        let eye_m = scene.camera.eye_m();
+        let nearest_m = (eye_m.distance(eye_m.with_z(0.0).clamp_length_max(self.outline.widest_m()))).max(0.02);
+        let px_per_m = 0.5 * height_px as f32 / (scene.camera.half_height(aspect) * nearest_m);
+        let (widest_m, vertex_px) = (self.outline.widest_m(), self.vertex_px);
+        let mut chosen = Vec::with_capacity(self.skins.len());
+        for drawing in &self.skins {
+            let column_m = drawing.shape.column_angle_rad() * widest_m;
+            let row_m = drawing.row_height_m;
+            let stride = Stride::for_screen(px_per_m, column_m, row_m, vertex_px);
+            let uniform = SkinUniform::new(drawing.shape, row_m, drawing.skin, drawing.first_row, stride);
+            self.queue.write_buffer(&drawing.uniform, 0, bytemuck::bytes_of(&uniform));
+            chosen.push((stride, self.meshes.find(&self.device, drawing.shape, drawing.first_row, stride)));
+        }
+        chosen
+    }
+
+    fn draw_clay(&self, pass: &mut wgpu::RenderPass<'_>, meshes: &[(Stride, usize)]) {
+        for (drawing, &(_, mesh)) in self.skins.iter().zip(meshes) {
+            let mesh = self.meshes.mesh(mesh);
+            let outwards = drawing.skin.faces_outwards;
+            pass.set_pipeline(if outwards { &self.pipelines.outer_wall } else { &self.pipelines.inner_wall });
+            pass.set_bind_group(1, &drawing.group, &[]);
+            pass.set_bind_group(2, self.grids[drawing.skin.surface].relief(), &[]);
+            pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..mesh.index_count, 0, 0..1);
+        }
+        // the outermost and the innermost skin meet at the rim; the latter holds the floor
+        let faced =
+            |outwards: bool| self.skins.iter().zip(meshes).filter(move |(of, _)| of.skin.faces_outwards == outwards);
+        if let (Some((outer, &(outer_stride, _))), Some((inner, &(inner_stride, _)))) =
+            (faced(true).next(), faced(false).next_back())
+        {
+            pass.set_pipeline(&self.pipelines.lip);
+            pass.set_bind_group(1, &outer.group, &[]);
+            pass.set_bind_group(2, &inner.group, &[]);
+            pass.draw(0..(mesh_columns(outer.shape, outer_stride) - 1) * LIP_VERTICES, 0..1);
+            pass.set_pipeline(&self.pipelines.floor);
+            pass.set_bind_group(1, &inner.group, &[]);
+            pass.draw(0..(mesh_columns(inner.shape, inner_stride) - 1) * FLOOR_VERTICES, 0..1);
+        }
+    }
+
+    fn new_targets(&self, size: (u32, u32)) -> Targets {
+        let view = |label, format, sample_count| {
+            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        let samples = (self.sample_count > 1).then(|| view("samples", self.format, self.sample_count));
+        Targets { size, depth: view("depth", DEPTH_FORMAT, self.sample_count), samples }
+    }
+}
+
+fn uniform_buffer<T>(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}

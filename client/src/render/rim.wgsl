@@ -1,0 +1,78 @@
+// The lip between two skins and the floor within; follows transform.wgsl, frame.wgsl, light.wgsl and body.wgsl.
+
+@group(2) @binding(0) var<uniform> inner: Skin;
+@group(2) @binding(1) var inner_radii: texture_2d<f32>;
+
+// The lip is drawn as a low half ellipse over the flat rim of the model, so that light runs round its edge.
+const LIP_STEPS: u32 = 8u;
+const LIP_RISE: f32 = 0.16;
+
+struct Lip {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
+}
+
+@vertex
+fn lip_vertex(@builtin(vertex_index) vertex_index: u32) -> Lip {
+    let corner = vertex_index % 6u;
+    let patch_index = vertex_index / 6u;
+    let right = u32(corner == 1u || corner == 2u || corner == 4u);
+    let upper = u32(corner == 2u || corner == 4u || corner == 5u);
+    let column = min((patch_index / LIP_STEPS + right) * skin.column_stride, skin.columns);
+    let across = f32(patch_index % LIP_STEPS + upper) / f32(LIP_STEPS);
+    let outer_edge = element_at(skin, radii, column, skin.rows - 1u);
+    let inner_edge = element_at(inner, inner_radii, column * inner.columns / skin.columns, inner.rows - 1u);
+    let angle = across * 2.0 * QUARTER_TURN;
+    let half_m = 0.5 * length(outer_edge.position_m.xy - inner_edge.position_m.xy);
+    let rise_m = 2.0 * LIP_RISE * half_m;
+    let outwards = column_circle(skin.columns, column);
+    var lip: Lip;
+    lip.position_m = mix(outer_edge.position_m, inner_edge.position_m, 0.5 - 0.5 * cos(angle));
+    lip.position_m.z += rise_m * sin(angle);
+    lip.normal = normalize(vec3<f32>(outwards * cos(angle) * rise_m, sin(angle) * half_m));
+    // the walls' own slopes at both edges
+    lip.normal = normalize(mix(lip.normal, outer_edge.normal, pow(1.0 - across, 4.0)));
+    lip.normal = normalize(mix(lip.normal, inner_edge.normal, pow(across, 4.0)));
+    lip.position_m = room_from_pot(lip.position_m);
+    lip.normal = room_from_pot(lip.normal);
+    lip.clip = frame.clip_from_room * vec4<f32>(lip.position_m, 1.0);
+    return lip;
+}
+
+@fragment
+fn lip_fragment(lip: Lip) -> @location(0) vec4<f32> {
+    let rub = -0.12;
+    return pixel_from(clay(lip.position_m, normalize(lip.normal), rub, 0.1, false));
+}
+
+struct Floor {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(perspective, centroid) position_m: vec3<f32>,
+}
+
+@vertex
+fn floor_vertex(@builtin(vertex_index) vertex_index: u32) -> Floor {
+    let corner = vertex_index % 3u;
+    let column = min((vertex_index / 3u + corner / 2u) * skin.column_stride, skin.columns);
+    var point = element_at(skin, radii, column, skin.first_row).position_m;
+    if corner == 0u {
+        point = vec3<f32>(0.0, 0.0, point.z);
+    }
+    var floor_point: Floor;
+    floor_point.position_m = room_from_pot(point);
+    floor_point.clip = frame.clip_from_room * vec4<f32>(floor_point.position_m, 1.0);
+    return floor_point;
+}
+
+@fragment
+fn floor_fragment(floor_point: Floor) -> @location(0) vec4<f32> {
+    // the spiral that a finger leaves when it opens the clay
+    let at = floor_point.position_m.xy;
+    let away = length(at);
+    let turned = atan2(at.y, at.x) - atan2(frame.wheel.y, frame.wheel.x);
+    let wave = sin(away * TURN / 0.009 + turned);
+    let fade = smoothstep(0.0, 0.008, away);
+    let normal = normalize(vec3<f32>(-at / max(away, 1e-4) * wave * 0.16 * fade, 1.0));
+    return pixel_from(clay(floor_point.position_m, normal, -0.1 * wave, 0.15 * wave, true));
+}

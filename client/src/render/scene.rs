@@ -1,0 +1,46 @@
+//! What is to be seen besides the clay itself.
+//!
+//! Plain data; knows no device.
+
+use glam::Vec3;
+use pottery_shared::clay::Phase;
+
+use super::Camera;
+
+/// One picture's worth of the studio.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// The wheel's angle; pot and wheel head turn with it.
+    pub phase: Phase,
+    /// The tools of everybody at this wheel; at most [`Scene::TOOLS_MAX`] are shown.
+    pub tools: &'a [ToolView],
+    /// From 0, leather-hard, to 1, under a film of water.
+    pub wetness: f32,
+}
+
+impl Scene<'_> {
+    /// Most tools in one picture: what a person can still tell apart, and two kilobytes of uniforms.
+    pub const TOOLS_MAX: usize = 64;
+}
+
+impl Default for Scene<'_> {
+    /// Wet clay at rest, nobody at the wheel.
+    fn default() -> Self {
+        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], wetness: 0.8 }
+    }
+}
+
+/// A tool as it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolView {
+    /// Centre in the room, m.
+    pub centre_m: Vec3,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Its person's colour, linear RGB from 0 to 1.
+    pub colour: [f32; 3],
+    /// Whether it presses into clay.
+    pub touching: bool,
+}
