@@ -18,6 +18,6 @@ mod worker;
 
 pub use connection::{JoinError, Target};
 pub use haptic_loop::{HapticLoop, HapticReport};
-pub use potter::{Potter, PotterOptions, PotterReport};
+pub use potter::{Potter, PotterOptions, PotterReport, Seat};
 pub use transport::{client_config, endpoint};
 pub use worker::{Command, NetworkReport, Worker};

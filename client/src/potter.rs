@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 
-use crate::boundary::{Status, boundary};
+use crate::boundary::{HandSide, Status, boundary};
 use crate::connection::{self, JoinError, Target};
 use crate::device::Device;
 use crate::stroke::StrokeRecorder;
@@ -36,6 +36,42 @@ pub struct PotterReport {
     pub view: View,
 }
 
+/// A place at a wheel, before a task and a hand are set to it.
+///
+/// [`Potter::join`] does both; whoever has a clock of their own runs the worker and ticks a [`HapticLoop`] themselves.
+#[derive(Debug)]
+pub struct Seat {
+    /// What there is to see.
+    pub view: SharedView,
+    /// What both sides may read.
+    pub status: Arc<Status>,
+    /// To ask the worker for something; it leaves once all senders are gone.
+    pub commands: mpsc::Sender<Command>,
+    /// Local tick n is due n milliseconds after it.
+    pub epoch: tokio::time::Instant,
+    /// To be run as a task.
+    pub worker: Worker,
+    /// For the hand.
+    pub hand: HandSide,
+}
+
+impl Seat {
+    /// Joins a wheel.
+    ///
+    /// # Errors
+    /// [`JoinError`] with a sentence for the person.
+    pub async fn take(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Result<Self, JoinError> {
+        let epoch = tokio::time::Instant::now();
+        let joined = connection::join(endpoint, target, epoch).await?;
+        let view = SharedView::new(&joined.session);
+        let (hand, net_side) = boundary(&joined.session.patch());
+        let status = Arc::clone(&hand.status);
+        let (commands, received) = mpsc::channel(64);
+        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.recording);
+        Ok(Self { view, status, commands, epoch, worker, hand })
+    }
+}
+
 /// A person at a wheel.
 #[derive(Debug)]
 pub struct Potter {
@@ -58,19 +94,13 @@ impl Potter {
         device: Box<dyn Device>,
         options: PotterOptions,
     ) -> Result<Self, JoinError> {
-        let epoch = tokio::time::Instant::now();
-        let joined = connection::join(endpoint, target, epoch).await?;
-        let view = SharedView::new(&joined.session);
-        let (hand_side, net_side) = boundary(&joined.session.patch());
-        let status = Arc::clone(&hand_side.status);
-        let (commands, received) = mpsc::channel(64);
-        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.recording);
-        let worker = tokio::spawn(worker.run());
+        let Seat { view, status, commands, epoch, worker, hand } = Seat::take(endpoint, target, options).await?;
         let epoch = epoch.into_std();
         let hand = std::thread::Builder::new()
             .name("haptic".into())
-            .spawn(move || HapticLoop::new(device, hand_side).run(epoch))
+            .spawn(move || HapticLoop::new(device, hand).run(epoch))
             .map_err(|error| JoinError::Network { reason: format!("no thread for the hand: {error}") })?;
+        let worker = tokio::spawn(worker.run());
         Ok(Self { view, status, commands, epoch, hand: Some(hand), worker })
     }
 

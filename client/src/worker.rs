@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
-use pottery_shared::protocol::{KEYFRAME_MAX, Request};
+use pottery_shared::protocol::{DATAGRAM_MAX, KEYFRAME_MAX, Request};
 use pottery_shared::session::{Client, ClientEvent};
 use pottery_shared::tool::ToolSample;
 use pottery_shared::units::{Rpm, Seconds};
@@ -25,6 +25,8 @@ const FETCH_EVERY: Duration = Duration::from_millis(5);
 const FETCHES_PER_SEND: u32 = 2;
 /// Fetches between two looks at the round trip.
 const FETCHES_PER_LOOK: u32 = 20;
+/// A rebase is followed by at least this many times its own length without one.
+const REBASE_REST: u32 = 4;
 /// Time in which the last presses are confirmed before leaving.
 const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 
@@ -75,6 +77,8 @@ pub struct Worker {
     outgoing: mpsc::Sender<Vec<u8>>,
     arriving: mpsc::Receiver<Arrival>,
     report: NetworkReport,
+    /// Not before then is prediction put on new clay.
+    rebase_after: Instant,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
 }
@@ -126,6 +130,7 @@ impl Worker {
             outgoing,
             arriving,
             report,
+            rebase_after: Instant::now(),
             first_recorded: None,
             last_recorded: None,
         }
@@ -139,6 +144,8 @@ impl Worker {
         let mut leaving: Option<Instant> = None;
         let link = loop {
             tokio::select! {
+                // in this order, so that a run can be repeated from a seed
+                biased;
                 datagram = self.connection.read_datagram() => match datagram {
                     Ok(bytes) => {
                         self.fetch_samples();
@@ -176,6 +183,7 @@ impl Worker {
                     }
                 }
             }
+            self.rebase();
             if !self.hand_on().await {
                 break Link::Closed;
             }
@@ -184,6 +192,16 @@ impl Worker {
             }
         };
         self.finish(link)
+    }
+
+    /// Puts prediction on the clay that was confirmed, unless that took too much of the time lately: a machine that cannot
+    /// keep up corrects less often instead of falling behind.
+    fn rebase(&mut self) {
+        let begin = Instant::now();
+        if self.session.needs_rebase() && begin >= self.rebase_after {
+            self.session.rebase();
+            self.rebase_after = begin + begin.elapsed() * REBASE_REST;
+        }
     }
 
     fn fetch_samples(&mut self) {
@@ -215,7 +233,10 @@ impl Worker {
 
     fn send_samples(&mut self) {
         let now = self.epoch.elapsed();
-        while let Some(bytes) = self.session.poll_datagram(now) {
+        // a full buffer would drop the oldest, which is what the server waits for
+        while self.connection.datagram_send_buffer_space() >= DATAGRAM_MAX
+            && let Some(bytes) = self.session.poll_datagram(now)
+        {
             if let Err(error) = self.connection.send_datagram(bytes.into()) {
                 // what is lost is repeated
                 tracing::trace!(%error, "a datagram was not sent");

@@ -140,6 +140,8 @@ async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>) {
     }
     let writing = tokio::spawn(write_control(session.clone(), send, outgoing));
     tokio::select! {
+        // in this order, so that a run can be repeated from a seed
+        biased;
         () = read_control(peer, receive, events) => {
             // the peer is through or speaks nonsense; what is queued for it still goes out
             drop(events.send(Event::Gone(peer)).await);

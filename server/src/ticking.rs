@@ -60,6 +60,8 @@ impl Ticking {
         let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
         loop {
             tokio::select! {
+                // time before news, always, so that a run can be repeated from a seed
+                biased;
                 _ = wake.tick() => self.advance(),
                 count = self.events.recv_many(&mut arrived, EVENTS_AT_ONCE) => {
                     if count == 0 {

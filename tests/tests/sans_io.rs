@@ -137,6 +137,7 @@ impl World {
                 let centre = Position::nearest(point).unwrap();
                 client.handle_sample(ToolSample { tick, tool: Sphere::default(), centre });
             }
+            client.rebase();
             let mut outgoing = Vec::new();
             if now % 10 == peer.0 {
                 outgoing.extend(std::iter::from_fn(|| client.poll_datagram(time)));

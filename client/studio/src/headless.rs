@@ -103,7 +103,10 @@ async fn watch(seconds: f64, potters: &[Potter]) {
         let touching = potters.iter().filter(|potter| potter.status().elements() > 0).count();
         let passed = started.elapsed().as_secs_f64();
         bar.set_position((passed * 10.0) as u64);
-        bar.set_message(format!("{passed:.1} of {seconds:.1} s, {touching} of {} potters touch the clay", potters.len()));
+        bar.set_message(format!(
+            "{passed:.1} of {seconds:.1} s, {touching} of {} potters touch the clay",
+            potters.len()
+        ));
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
     bar.finish_and_clear();

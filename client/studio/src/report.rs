@@ -75,7 +75,17 @@ struct Digests {
 struct ServerFigures {
     ticks: u64,
     late: u64,
-    refused_samples: u64,
+    refused_samples: RefusedSamples,
+}
+
+#[derive(Debug, Serialize)]
+struct RefusedSamples {
+    malformed: u64,
+    out_of_workspace: u64,
+    too_fast: u64,
+    from_the_past: u64,
+    from_the_future: u64,
+    flood: u64,
 }
 
 fn merged<'a>(mut parts: impl Iterator<Item = &'a Histogram>) -> Histogram {
@@ -109,6 +119,7 @@ impl SessionReport {
             network().map(|part| bytes(part) as f64 / part.duration.as_secs_f64()).sum::<f64>() / reports.len() as f64
         };
         let force = merged(haptic().map(|part| &part.force_mn));
+        let refusals = &server.counts.refusals;
         let pressed_m3 = untouched_m3 - server.pots[0].enclosed_volume_m3();
         Self {
             schema: 1,
@@ -121,10 +132,7 @@ impl SessionReport {
                 missed_ticks: haptic().map(|part| part.missed_ticks).sum(),
                 period_us: percentiles(&merged(haptic().map(|part| &part.period_ns)), 1e-3),
                 step_us: percentiles(&merged(haptic().map(|part| &part.step_ns)), 1e-3),
-                force_n: Force {
-                    p50: force.value_at_quantile(0.5) as f64 * 1e-3,
-                    max: force.max() as f64 * 1e-3,
-                },
+                force_n: Force { p50: force.value_at_quantile(0.5) as f64 * 1e-3, max: force.max() as f64 * 1e-3 },
             },
             network: Network {
                 down_bytes_per_s_per_client: rate(|part| part.down_bytes).round(),
@@ -142,7 +150,14 @@ impl SessionReport {
             server: ServerFigures {
                 ticks: server.ticks,
                 late: server.late,
-                refused_samples: server.counts.refusals.total(),
+                refused_samples: RefusedSamples {
+                    malformed: refusals.malformed,
+                    out_of_workspace: refusals.out_of_workspace,
+                    too_fast: refusals.too_fast,
+                    from_the_past: refusals.from_the_past,
+                    from_the_future: refusals.from_the_future,
+                    flood: refusals.flood,
+                },
             },
         }
     }

@@ -25,6 +25,8 @@ struct Reach {
 
 /// The elements a sphere can touch: rows |z − H_z| ≤ R and columns |θ − φ| ≤ asin(R/d), all columns once it holds
 /// the axis. (The original used R/d, which leaves out grazed columns when the tool is near the axis.)
+///
+/// None when the tool stands at no finite distance: comparisons with NaN would let every element pass.
 fn reach(surface: &Surface, press: &Press) -> Reach {
     let shape = surface.shape();
     let centre = press.centre_m;
@@ -39,7 +41,11 @@ fn reach(surface: &Surface, press: &Press) -> Reach {
     } else {
         shape.columns()
     };
-    let window = Window::around(shape, column as i64, half_columns, first_row as i64, last_row as i64);
+    let window = if axis_distance_m.is_finite() && centre.z.is_finite() {
+        Window::around(shape, column as i64, half_columns, first_row as i64, last_row as i64)
+    } else {
+        Window::default()
+    };
     Reach { axis_distance_m, angle_rad, window }
 }
 
@@ -58,6 +64,7 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
     let grown = reach.window.grown(shape, margin.0, margin.1);
     footprint.reset(grown);
     let radius = press.tool.radius().0;
+    let row_height_m = surface.row_height_m();
     let (distance, tool_z) = (reach.axis_distance_m, press.centre_m.z);
     let mut sums = Sums::default();
     for column in reach.window.grid_columns(shape) {
@@ -75,9 +82,14 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
         let first = (reach.window.first_row - grown.first_row) as usize;
         let deltas = &mut footprint.column_mut(local)[first..][..radii.len()];
         for (row, (&element_r, delta)) in radii.iter().zip(deltas).enumerate() {
-            let below = surface.row_z_m(reach.window.first_row + row as u32) - tool_z;
+            let below = (reach.window.first_row + row as u32) as f32 * row_height_m - tool_z;
             let discriminant = reach_squared - below * below;
             if discriminant <= 0.0 {
+                continue;
+            }
+            // r ≤ s₁ without the root: the sphere lies outside of the element
+            let beyond = along - element_r;
+            if beyond >= 0.0 && beyond * beyond >= discriminant {
                 continue;
             }
             let half_chord = libm::sqrtf(discriminant);

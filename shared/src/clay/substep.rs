@@ -127,10 +127,6 @@ impl SubStep {
 fn apply_alone(surface: &mut Surface, footprint: &Footprint) {
     let window = footprint.window();
     for (local, column) in window.grid_columns(surface.shape()).enumerate() {
-        for (row, &delta) in (window.first_row..).zip(footprint.column(local as u32)) {
-            if delta != 0.0 {
-                surface.set_radius(column, row, surface.column_m(column)[row as usize] + delta);
-            }
-        }
+        surface.displace_column(column, window.first_row, footprint.column(local as u32));
     }
 }

@@ -91,6 +91,20 @@ impl Surface {
         }
     }
 
+    /// Moves the elements of a column from `first_row` on by `deltas_m`; as in [`Surface::set_radius`], the bounds hold and
+    /// what is not a number changes nothing.
+    ///
+    /// # Panics
+    /// When the column has fewer elements.
+    pub fn displace_column(&mut self, column: u32, first_row: u32, deltas_m: &[f32]) {
+        let start = column as usize * self.shape.rows() as usize + first_row as usize;
+        let (low, high) = (self.radius_min_m, self.radius_max_m);
+        for (radius, &delta) in self.radii_m[start..][..deltas_m.len()].iter_mut().zip(deltas_m) {
+            let moved = (*radius + delta).clamp(low, high);
+            *radius = if moved.is_nan() { *radius } else { moved };
+        }
+    }
+
     /// Takes the radii of `window` over from a surface of the same shape.
     ///
     /// # Panics

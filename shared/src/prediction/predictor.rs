@@ -78,6 +78,12 @@ impl Predictor {
         &self.pending
     }
 
+    /// Number of the next sample.
+    #[must_use]
+    pub const fn next_sequence(&self) -> u32 {
+        self.next_sequence
+    }
+
     /// Whether a sample can be taken in: it must be later than the last one, and there must be room.
     #[must_use]
     pub fn can_take(&self, sample: &ToolSample) -> bool {

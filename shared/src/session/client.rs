@@ -1,7 +1,7 @@
 //! The client's end of a connection: from the greeting to the clay that is held and predicted.
 //!
 //! Owns the replica, the predictor, the lead and what is still to be sent.
-//! Invariant: after every call, prediction stands on the newest confirmed clay that is whole.
+//! Invariant: after [`Client::rebase`], prediction stands on the newest confirmed clay that is whole.
 
 use alloc::collections::VecDeque;
 use alloc::string::String;
@@ -67,6 +67,10 @@ pub struct Client {
     assembly: Assembly,
     tools: Vec<RemoteTool>,
     tools_tick: Tick,
+    /// Tiles in which the replica changed since the last rebase.
+    news: Touched,
+    /// The tick of the replica's clay, when prediction does not stand on it yet.
+    confirmed: Option<Tick>,
     /// Tiles in which the predicted clay changed since the caller last asked.
     changed: Touched,
     control: VecDeque<Vec<u8>>,
@@ -123,6 +127,8 @@ impl Client {
             assembly: Assembly::default(),
             tools: Vec::new(),
             tools_tick: Tick(0),
+            news: changed.clone(),
+            confirmed: None,
             changed,
             control: VecDeque::new(),
             events: VecDeque::new(),
@@ -196,10 +202,10 @@ impl Client {
         self.resyncs
     }
 
-    /// Whether every own sample has been confirmed and the newest known snapshot is held.
+    /// Whether every own sample has been confirmed, the newest known snapshot is held and prediction stands on it.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        self.predictor.pending().is_empty() && self.assembly.latest() <= self.replica.version()
+        !self.needs_rebase() && self.predictor.pending().is_empty() && self.assembly.latest() <= self.replica.version()
     }
 
     /// Moves the tiles in which the predicted clay changed since the last call into `changed`.
@@ -243,7 +249,7 @@ impl Client {
     pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
         let Ok(pulse) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(bytes) else { return false };
         if let Some(slack) = pulse.head.slack {
-            self.lead.handle_slack(slack, now);
+            self.lead.handle_slack(slack, pulse.head.acknowledged, self.predictor.next_sequence(), now);
         }
         let mut body = pulse.body;
         if let Some(tools) = body.tools.take()
@@ -264,34 +270,28 @@ impl Client {
         if version < self.replica.version() {
             return true;
         }
-        let mut news = self.no_tiles();
-        if self.replica.apply_keyframe(version, since, &keyframe.bytes, &mut news).is_err() {
+        if self.replica.apply_keyframe(version, since, &keyframe.bytes, &mut self.news).is_err() {
             return false;
         }
-        self.confirm(Tick(keyframe.tick), keyframe.acknowledged, &news, now);
+        self.confirm(Tick(keyframe.tick), keyframe.acknowledged, now);
         self.assembly.forget(version);
         self.behind_since = None;
         self.catch_up(now);
         true
     }
 
-    fn no_tiles(&self) -> Touched {
-        Touched::none(self.replica.pot().surfaces().iter().map(crate::clay::Surface::shape))
-    }
-
     /// Applies every delta that is whole, checks the digest and asks for what stays missing.
     fn catch_up(&mut self, now: Duration) {
         let held = self.replica.version();
         if let Some((version, standing)) = self.assembly.reachable(held) {
-            let mut news = self.no_tiles();
             let mut applied = Ok(());
             while applied.is_ok() && self.replica.version() < version {
                 let next = self.replica.version().next();
                 let bytes = self.assembly.take(next);
-                applied = self.replica.apply_delta(next, &bytes, &mut news);
+                applied = self.replica.apply_delta(next, &bytes, &mut self.news);
             }
             if self.replica.version() > held || standing.acknowledged != self.acknowledged {
-                self.confirm(standing.tick, standing.acknowledged, &news, now);
+                self.confirm(standing.tick, standing.acknowledged, now);
             }
             self.assembly.forget(self.replica.version());
             if let Err(SnapshotError::Malformed { .. } | SnapshotError::NotNext { .. }) = applied {
@@ -317,19 +317,32 @@ impl Client {
         self.request(&Request::Resync { have: have.0 });
     }
 
-    fn confirm(&mut self, tick: Tick, acknowledged: u32, news: &Touched, now: Duration) {
+    fn confirm(&mut self, tick: Tick, acknowledged: u32, now: Duration) {
         if (acknowledged.wrapping_sub(self.acknowledged) as i32) > 0 {
             self.acknowledged = acknowledged;
             self.progress_at = now;
         }
+        self.confirmed = Some(tick);
+    }
+
+    /// Whether clay was confirmed on which prediction does not stand yet.
+    #[must_use]
+    pub const fn needs_rebase(&self) -> bool {
+        self.confirmed.is_some()
+    }
+
+    /// Puts prediction on the newest confirmed clay: the costly part of a confirmation, its time chosen by the caller.
+    pub fn rebase(&mut self) {
+        let Some(tick) = self.confirmed.take() else { return };
         let correction = self.predictor.handle_confirmed(
             &self.replica,
             tick,
             self.acknowledged,
             &self.conditions,
-            news,
+            &self.news,
             &mut self.changed,
         );
+        self.news.clear();
         self.events.push_back(ClientEvent::Confirmed(correction));
     }
 
@@ -356,6 +369,8 @@ impl Client {
         let anything_unsent = (newest.wrapping_sub(self.unsent) as i32) >= 0;
         let start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
             self.repeated_at = now;
+            // the server waits for what is missing, so all that follows was in vain too
+            self.unsent = oldest;
             oldest
         } else if anything_unsent {
             let behind_oldest = self.unsent.wrapping_sub(oldest) as i32;

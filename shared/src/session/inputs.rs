@@ -83,10 +83,14 @@ impl InputQueue {
             if let Some(sample) = self.checked(sample, now) {
                 self.last = Some(sample);
                 self.queue.push_back((number, sample));
-                let spare = sample.tick.since(now).clamp(i64::from(i16::MIN), i64::from(i16::MAX)) as i16;
-                self.slack = Some(self.slack.map_or(spare, |worst| worst.min(spare)));
+                self.note_slack(sample.tick.since(now));
             }
         }
+    }
+
+    fn note_slack(&mut self, ticks: i64) {
+        let spare = ticks.clamp(i64::from(i16::MIN), i64::from(i16::MAX)) as i16;
+        self.slack = Some(self.slack.map_or(spare, |worst| worst.min(spare)));
     }
 
     /// Counts a datagram that was no message.
@@ -107,6 +111,8 @@ impl InputQueue {
         }
         if ahead > Self::FUTURE_MAX {
             self.refusals.from_the_future += 1;
+            // or the client would never learn that it is too far ahead
+            self.note_slack(ahead);
             return None;
         }
         if let (Some(last), Some(ticks)) = (self.last, ticks) {

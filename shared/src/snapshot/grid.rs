@@ -15,7 +15,8 @@ pub const QUANTUM_M: f32 = 1.0 / 262_144.0;
 /// The nearest step to a radius; 16 bits reach 250 mm.
 #[must_use]
 pub fn quantise(radius_m: f32) -> u16 {
-    libm::roundf(radius_m / QUANTUM_M).clamp(0.0, f32::from(u16::MAX)) as u16
+    // the cast cuts off and saturates
+    (radius_m * (1.0 / QUANTUM_M) + 0.5) as u16
 }
 
 /// The radius of a step, exact.
