@@ -6,6 +6,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 
+use glam::Vec3;
 use pottery_shared::haptics::Fault;
 use pottery_shared::prediction::Patch;
 use pottery_shared::tool::ToolSample;
@@ -26,6 +27,8 @@ pub struct Status {
     force_n: AtomicU32,
     elements: AtomicU32,
     fault: AtomicU32,
+    /// The tool's centre, m, as bits; not a number while there is no tool in hand.
+    tool_m: [AtomicU32; 3],
     ticks: AtomicU64,
     late_ticks: AtomicU64,
     lost_samples: AtomicU64,
@@ -70,6 +73,20 @@ impl Status {
         };
         self.fault.store(fault, Ordering::Relaxed);
         self.ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn note_tool(&self, centre_m: Option<Vec3>) {
+        for (stored, along) in self.tool_m.iter().zip(centre_m.unwrap_or(Vec3::NAN).to_array()) {
+            stored.store(along.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// Where the tool in hand is, m, for drawing: its coordinates may be a tick apart.
+    #[must_use]
+    pub fn tool_m(&self) -> Option<Vec3> {
+        let along = |axis: usize| f32::from_bits(self.tool_m[axis].load(Ordering::Relaxed));
+        let centre_m = Vec3::new(along(0), along(1), along(2));
+        centre_m.is_finite().then_some(centre_m)
     }
 
     pub(crate) fn note_late(&self) {

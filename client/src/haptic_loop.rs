@@ -83,6 +83,7 @@ impl HapticLoop {
     pub fn tick(&mut self, local: u64) {
         let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
+        self.side.status.note_tool(reported);
         let mut elements = 0;
         let mut force = glam::Vec3::ZERO;
         let is_new = self.last_stamp.is_none_or(|last| stamp > last);

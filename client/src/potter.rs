@@ -13,16 +13,15 @@ use tokio::sync::mpsc;
 use crate::boundary::{HandSide, Status, boundary};
 use crate::connection::{self, JoinError, Target};
 use crate::device::Device;
-use crate::stroke::StrokeRecorder;
 use crate::view::{SharedView, View};
 use crate::worker::Worker;
 use crate::{Command, HapticLoop, HapticReport, NetworkReport};
 
 /// How a person works.
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PotterOptions {
-    /// Where to record the own stroke.
-    pub recording: Option<StrokeRecorder>,
+    /// Whether to record the own stroke.
+    pub record: bool,
 }
 
 /// What a potter's stay gave.
@@ -67,7 +66,7 @@ impl Seat {
         let (hand, net_side) = boundary(&joined.session.patch());
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
-        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.recording);
+        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

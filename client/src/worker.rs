@@ -79,6 +79,7 @@ pub struct Worker {
     report: NetworkReport,
     /// Not before then is prediction put on new clay.
     rebase_after: Instant,
+    records: bool,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
 }
@@ -98,7 +99,7 @@ impl Worker {
         view: SharedView,
         commands: mpsc::Receiver<Command>,
         epoch: Instant,
-        recording: Option<StrokeRecorder>,
+        records: bool,
     ) -> Self {
         let Joined { connection, control_out, control_in, frames, session } = joined;
         let (arrived, arriving) = mpsc::channel(64);
@@ -117,7 +118,7 @@ impl Worker {
             mismatches: 0,
             resyncs: 0,
             malformed: 0,
-            recording,
+            recording: None,
         };
         Self {
             connection,
@@ -131,6 +132,7 @@ impl Worker {
             arriving,
             report,
             rebase_after: Instant::now(),
+            records,
             first_recorded: None,
             last_recorded: None,
         }
@@ -144,8 +146,18 @@ impl Worker {
         let mut leaving: Option<Instant> = None;
         let link = loop {
             tokio::select! {
-                // in this order, so that a run can be repeated from a seed
+                // the rarest first, so that nothing starves, and always in this order, so that a run repeats from its seed
                 biased;
+                _ = fetch.tick() => {
+                    fetches = fetches.wrapping_add(1);
+                    self.fetch_samples();
+                    if fetches.is_multiple_of(FETCHES_PER_SEND) {
+                        self.send_samples();
+                    }
+                    if fetches.is_multiple_of(FETCHES_PER_LOOK) {
+                        self.report.round_trip_us.saturating_record(self.connection.rtt().as_micros() as u64);
+                    }
+                }
                 datagram = self.connection.read_datagram() => match datagram {
                     Ok(bytes) => {
                         self.fetch_samples();
@@ -172,16 +184,6 @@ impl Worker {
                         leaving.get_or_insert(Instant::now());
                     }
                 },
-                _ = fetch.tick() => {
-                    fetches = fetches.wrapping_add(1);
-                    self.fetch_samples();
-                    if fetches.is_multiple_of(FETCHES_PER_SEND) {
-                        self.send_samples();
-                    }
-                    if fetches.is_multiple_of(FETCHES_PER_LOOK) {
-                        self.report.round_trip_us.saturating_record(self.connection.rtt().as_micros() as u64);
-                    }
-                }
             }
             self.rebase();
             if !self.hand_on().await {
@@ -212,7 +214,13 @@ impl Worker {
     }
 
     fn record(&mut self, sample: ToolSample) {
-        let Some(recording) = &mut self.report.recording else { return };
+        if !self.records {
+            return;
+        }
+        let recording = self.report.recording.get_or_insert_with(|| {
+            // the file holds one tool and one speed: those it begins with
+            StrokeRecorder::new(sample.tool, self.session.conditions().wheel.speed(sample.tick))
+        });
         let first = *self.first_recorded.get_or_insert(sample);
         // a tool that was away is lifted in the file as well
         if self.last_recorded.is_some_and(|last| sample.tick.since(last.tick) > 100) {

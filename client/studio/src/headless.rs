@@ -11,7 +11,6 @@ use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_client::device::{Device, HandModel, ScriptedDevice, SimulatedDevice};
 use pottery_client::render::{self, Gpu, Scene};
-use pottery_client::stroke::StrokeRecorder;
 use pottery_client::{Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
 
@@ -40,8 +39,8 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     let mut reports = runtime.block_on(work(session, &studio))?;
     let standing = studio.standing()?;
     let report = SessionReport::new(session.seconds, &reports, &standing, untouched_m3);
-    if let (Some(path), Some(recording)) = (&session.record, reports[0].network.recording.take()) {
-        record::write(&recording, path)?;
+    if let Some(path) = &session.record {
+        record::write(reports[0].network.recording.take(), path)?;
     }
     let pot = &standing.pots[0];
     write(&session.out, "session.json", |file| Ok(serde_json::to_writer_pretty(file, &report)?))?;
@@ -67,9 +66,8 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
             HandKind::Scripted => Box::new(ScriptedDevice::new(stroke.clone())),
             HandKind::Simulated => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
         };
-        let is_recorded = number == 0 && session.record.is_some();
-        let recording = is_recorded.then(|| StrokeRecorder::new(stroke.tool(), stroke.wheel_speed()));
-        potters.push(Potter::join(&endpoint, &target, device, PotterOptions { recording }).await?);
+        let options = PotterOptions { record: number == 0 && session.record.is_some() };
+        potters.push(Potter::join(&endpoint, &target, device, options).await?);
         endpoints.push(endpoint);
     }
     watch(session.seconds, &potters).await;

@@ -8,11 +8,11 @@ use anyhow::Context;
 use pottery_client::stroke::StrokeRecorder;
 
 /// Writes a recording, or says that there is nothing to write.
-pub(crate) fn write(recording: &StrokeRecorder, path: &Path) -> anyhow::Result<()> {
-    if recording.is_empty() {
+pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::Result<()> {
+    let Some(recording) = recording.filter(|recording| !recording.is_empty()) else {
         println!("nothing was recorded: the tool was never in hand");
         return Ok(());
-    }
+    };
     let mut bytes = Vec::new();
     recording.write_to(&mut bytes)?;
     std::fs::write(path, bytes).with_context(|| format!("the recording {} cannot be written", path.display()))?;

@@ -1,9 +1,78 @@
-//! The window. (in progress)
-use crate::arguments::WindowSession;
+//! The window: a pot on a turning wheel, a tool that follows the pointer, and what one needs to know.
+//!
+//! Owns the order of opening (display, studio, wheel, window) and of leaving; the parts are in its modules.
+//! Invariant: whoever leaves has everything pressed confirmed and the recording written.
+
+mod app;
+mod hand;
+mod panel;
+mod stage;
+
+use anyhow::Context;
+use pottery_client::device::pointer;
+use pottery_client::{Potter, PotterOptions};
+use winit::event_loop::EventLoop;
+
+use crate::arguments::{Place, WindowSession};
+use crate::hosting::Studio;
+use crate::record;
+use app::App;
+use panel::Invitation;
+
+/// How a session in a window ended.
+#[derive(Debug)]
 pub(crate) enum Ended {
+    /// The person closed it.
     ByPerson,
+    /// There is nothing to open a window on.
     NoDisplay(String),
 }
-pub(crate) fn run(_s: &WindowSession) -> anyhow::Result<Ended> {
-    Ok(Ended::NoDisplay("soon".into()))
+
+/// Opens the window and stays until it is closed.
+pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
+    let event_loop = match EventLoop::new() {
+        Ok(event_loop) => event_loop,
+        Err(error) => return Ok(Ended::NoDisplay(error.to_string())),
+    };
+    let studio = match &session.place {
+        Place::Hosted(config) => Some(Studio::open((**config).clone())?),
+        Place::Joined(_) => None,
+    };
+    let (target, invitation) = match (&session.place, &studio) {
+        (Place::Joined(target), _) => (target.clone(), None),
+        (Place::Hosted(_), Some(studio)) => {
+            let target = studio.target();
+            let invitation = Invitation::new(studio.public_address(), &target.code);
+            (target, Some(invitation))
+        }
+        (Place::Hosted(_), None) => unreachable!("a hosted place has its studio"),
+    };
+    if let Some(invitation) = &invitation {
+        println!("{}", invitation.command());
+    } else if target.code.print().is_none() {
+        println!("note: this short code does not say which server it belongs to; the long one is safer");
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name("network")
+        .enable_all()
+        .build()
+        .context("no thread for the network")?;
+    let (asked, device) = pointer();
+    let potter = runtime.block_on(async {
+        let endpoint = pottery_client::endpoint()?;
+        let options = PotterOptions { record: session.record.is_some() };
+        Potter::join(&endpoint, &target, Box::new(device), options).await
+    })?;
+    let mut app = App::new(potter, asked, invitation);
+    event_loop.run_app(&mut app).context("the window failed")?;
+    let (potter, failure) = app.finish();
+    let mut report = runtime.block_on(potter.leave())?;
+    if let Some(path) = &session.record {
+        record::write(report.network.recording.take(), path)?;
+    }
+    match failure {
+        Some(failure) => Err(failure),
+        None => Ok(Ended::ByPerson),
+    }
 }

@@ -134,6 +134,27 @@ impl Touched {
         self.bits.iter().flatten().all(|&word| word == 0)
     }
 
+    /// Rectangles that cover the tiles of one surface, one for each run of neighbouring tile columns.
+    ///
+    /// # Panics
+    /// When there is no such surface.
+    #[must_use]
+    pub fn rectangles(&self, surface: usize) -> Vec<Window> {
+        let mut rectangles: Vec<Window> = Vec::new();
+        for (_, _, tile) in self.iter().filter(|(of, _, _)| *of == surface) {
+            match rectangles.last_mut() {
+                Some(last) if last.first_column + last.columns >= tile.first_column => {
+                    let end_row = (last.first_row + last.rows).max(tile.first_row + tile.rows);
+                    last.first_row = last.first_row.min(tile.first_row);
+                    last.rows = end_row - last.first_row;
+                    last.columns = tile.first_column + tile.columns - last.first_column;
+                }
+                _ => rectangles.push(tile),
+            }
+        }
+        rectangles
+    }
+
     /// Every tile in ascending order: surface, tile, its elements.
     pub fn iter(&self) -> impl Iterator<Item = (usize, u32, Window)> + '_ {
         self.bits.iter().enumerate().flat_map(move |(surface, words)| {

@@ -1,0 +1,406 @@
+//! The window's events: what the person does, turned into tool, wheel and view; and when to draw.
+//!
+//! Owns no clay: reads the potter's view, asks through commands.
+//! Invariant: nothing is drawn while nothing changes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::Vec2;
+use pottery_client::device::Pointer;
+use pottery_client::render::{Camera, Scene, ToolView};
+use pottery_client::view::Link;
+use pottery_client::{Command, Potter};
+use pottery_shared::clay::Phase;
+use pottery_shared::tool::Sphere;
+use pottery_shared::units::{Metres, Rpm, Seconds};
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{Key, ModifiersState, NamedKey};
+use winit::window::{Window, WindowId};
+
+use super::hand::Hand;
+use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, TOOL_MM, VISCOSITY_MS};
+use super::stage::{PanelShapes, Stage};
+
+/// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
+const FRAME: Duration = Duration::from_millis(16);
+const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
+/// Time between pictures when nothing moves: the figures in the panel.
+const FRAME_IDLE: Duration = Duration::from_millis(500);
+/// A push by one step of the mouse wheel or one key, m.
+const PUSH_STEP_M: f32 = 0.001;
+/// People's colours, linear RGB, in the order of their joining.
+const COLOURS: [[f32; 3]; 8] = [
+    [0.05, 0.45, 0.75],
+    [0.85, 0.55, 0.05],
+    [0.20, 0.60, 0.15],
+    [0.70, 0.10, 0.35],
+    [0.35, 0.20, 0.75],
+    [0.05, 0.60, 0.50],
+    [0.80, 0.25, 0.05],
+    [0.50, 0.50, 0.50],
+];
+
+/// The window's state.
+pub(super) struct App {
+    potter: Potter,
+    asked: triple_buffer::Input<Pointer>,
+    invitation: Option<Invitation>,
+    stage: Option<Stage>,
+    egui: egui::Context,
+    egui_input: Option<egui_winit::State>,
+    camera: Camera,
+    hand: Hand,
+    tool: Sphere,
+    panel: PanelState,
+    modifiers: ModifiersState,
+    cursor: Vec2,
+    turning_view: bool,
+    rpm_before_stop: f32,
+    last_frame: Instant,
+    next_frame: Instant,
+    drawn_phase: Phase,
+    is_dirty: bool,
+    /// Until then the panel shows what was asked for, afterwards what is.
+    next_settings_at: Instant,
+    failure: Option<anyhow::Error>,
+}
+
+/// Somebody's colour.
+fn colour(client: u16) -> [f32; 3] {
+    COLOURS[usize::from(client.wrapping_sub(1)) % COLOURS.len()]
+}
+
+impl App {
+    pub(super) fn new(potter: Potter, asked: triple_buffer::Input<Pointer>, invitation: Option<Invitation>) -> Self {
+        let tool = Sphere::default();
+        let view = potter.view().lock();
+        let hand = Hand::new(&view.pot);
+        let panel = PanelState {
+            rpm: view.conditions.wheel.speed(potter.tick()).0,
+            tool_mm: tool.radius().as_mm(),
+            viscosity_ms: view.conditions.material.at(potter.tick()).viscosity.0 * 1e3,
+            pushed_mm: 0.0,
+            force_n: 0.0,
+            is_touching: false,
+            people: Vec::new(),
+            round_trip_ms: 0.0,
+            late_percent: 0.0,
+            frames_per_s: 0.0,
+            adapter: String::new(),
+            notice: None,
+            shows_help: false,
+        };
+        drop(view);
+        Self {
+            rpm_before_stop: panel.rpm.max(30.0),
+            potter,
+            asked,
+            invitation,
+            stage: None,
+            egui: egui::Context::default(),
+            egui_input: None,
+            camera: Camera::default(),
+            hand,
+            tool,
+            panel,
+            modifiers: ModifiersState::empty(),
+            cursor: Vec2::ZERO,
+            turning_view: false,
+            last_frame: Instant::now(),
+            next_frame: Instant::now(),
+            drawn_phase: Phase::default(),
+            is_dirty: true,
+            next_settings_at: Instant::now(),
+            failure: None,
+        }
+    }
+
+    /// The potter, to leave with, and what went wrong.
+    pub(super) fn finish(self) -> (Potter, Option<anyhow::Error>) {
+        (self.potter, self.failure)
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: anyhow::Error) {
+        self.failure = Some(error);
+        event_loop.exit();
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let attributes = Window::default_attributes()
+            .with_title("Pottery studio")
+            .with_inner_size(winit::dpi::LogicalSize::new(1280, 800))
+            .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
+        let window = Arc::new(event_loop.create_window(attributes)?);
+        let stage = {
+            let view = self.potter.view().lock();
+            Stage::new(Arc::clone(&window), event_loop.owned_display_handle(), &view.pot)?
+        };
+        self.panel.adapter = stage.gpu().name().to_owned();
+        let limit = stage.gpu().device().limits().max_texture_dimension_2d as usize;
+        self.egui_input = Some(egui_winit::State::new(
+            self.egui.clone(),
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            window.theme(),
+            Some(limit),
+        ));
+        self.egui.set_visuals(egui::Visuals::dark());
+        self.stage = Some(stage);
+        Ok(())
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        match key.as_ref() {
+            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Named(NamedKey::ArrowUp) => self.panel.rpm = (self.panel.rpm + 10.0).min(RPM_MAX),
+            Key::Named(NamedKey::ArrowDown) => self.panel.rpm = (self.panel.rpm - 10.0).max(0.0),
+            Key::Named(NamedKey::ArrowLeft) => self.camera.azimuth_rad -= 0.1,
+            Key::Named(NamedKey::ArrowRight) => self.camera.azimuth_rad += 0.1,
+            Key::Named(NamedKey::Space) => {
+                let rpm = self.panel.rpm;
+                self.panel.rpm = if rpm > 0.0 { 0.0 } else { self.rpm_before_stop };
+                if rpm > 0.0 {
+                    self.rpm_before_stop = rpm;
+                }
+            }
+            Key::Character("+" | "=") => self.panel.tool_mm = (self.panel.tool_mm + 1.0).min(TOOL_MM.1),
+            Key::Character("-") => self.panel.tool_mm = (self.panel.tool_mm - 1.0).max(TOOL_MM.0),
+            Key::Character("v" | "V") => {
+                self.panel.viscosity_ms = (self.panel.viscosity_ms * 1.25).min(VISCOSITY_MS.1);
+            }
+            Key::Character("b" | "B") => {
+                self.panel.viscosity_ms = (self.panel.viscosity_ms / 1.25).max(VISCOSITY_MS.0);
+            }
+            Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
+            Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
+            Key::Character("r" | "R") => self.camera = Camera::default(),
+            Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
+            _ => {}
+        }
+    }
+
+    fn moved(&mut self, to: Vec2) {
+        let by = to - self.cursor;
+        self.cursor = to;
+        let Some(stage) = &self.stage else { return };
+        let size = stage.window.inner_size();
+        if self.turning_view {
+            self.camera.azimuth_rad -= by.x * 0.008;
+            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+        }
+        let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
+        self.hand.point_to(Some(ndc));
+    }
+
+    fn scrolled(&mut self, lines: f32) {
+        if self.modifiers.control_key() {
+            self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 2.0);
+        } else {
+            self.hand.push(lines * PUSH_STEP_M);
+        }
+    }
+
+    /// Sends what was changed in the panel or by keys.
+    fn ask(&mut self, before: (f32, f32)) {
+        let (rpm, viscosity_ms) = before;
+        if (self.panel.rpm - rpm).abs() > 0.05 {
+            self.command(Command::WheelSpeed(Rpm(self.panel.rpm)));
+        }
+        if (self.panel.viscosity_ms - viscosity_ms).abs() > 0.5 {
+            self.command(Command::Viscosity(Seconds(self.panel.viscosity_ms * 1e-3)));
+        }
+        if let Ok(tool) = Sphere::new(Metres::from_mm(self.panel.tool_mm)) {
+            self.tool = tool;
+        }
+    }
+
+    fn command(&mut self, command: Command) {
+        self.next_settings_at = Instant::now() + Duration::from_secs(1);
+        if !self.potter.command(command) {
+            self.panel.notice = Some("the studio does not hear this client any more".into());
+        }
+    }
+
+    /// Tells the hand where the tool should be.
+    fn guide(&mut self, seconds: f32) {
+        let Some(stage) = &self.stage else { return };
+        self.hand.pass(seconds);
+        if self.hand.is_free() {
+            self.hand.look_at(&self.potter.view().lock().pot);
+        }
+        let target_m = self.hand.target_m(&self.camera, stage.aspect(), self.tool.radius().0);
+        self.asked.write(Pointer { target_m, tool: self.tool });
+    }
+
+    /// The tools to draw: everybody else's as heard of, the own one as it is.
+    fn tools(&mut self) -> Vec<ToolView> {
+        let view = self.potter.view().lock();
+        let status = self.potter.status();
+        let own = view.number;
+        let is_touching = status.elements() > 0;
+        self.panel.people.clear();
+        self.panel.people.push(Person { name: "you".into(), colour: colour(own), touching: is_touching });
+        let mut tools = Vec::new();
+        for tool in view.tools.iter().filter(|tool| tool.client != own) {
+            let colour = colour(tool.client);
+            let name = format!("potter {}", tool.client);
+            self.panel.people.push(Person { name, colour, touching: tool.touching });
+            tools.push(ToolView {
+                centre_m: tool.centre.point_m(),
+                radius_m: tool.tool.radius().0,
+                colour,
+                touching: tool.touching,
+            });
+        }
+        if let Some(centre_m) = status.tool_m() {
+            let radius_m = self.tool.radius().0;
+            tools.push(ToolView { centre_m, radius_m, colour: colour(own), touching: is_touching });
+        }
+        tools
+    }
+
+    fn read_figures(&mut self, seconds: f32) {
+        let status = self.potter.status();
+        self.panel.force_n = status.force_n();
+        self.panel.is_touching = status.elements() > 0;
+        self.panel.pushed_mm = self.hand.pushed_m() * 1e3;
+        self.panel.late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
+        let rate = 1.0 / seconds.max(1e-3);
+        self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
+        let view = self.potter.view().lock();
+        self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        self.panel.notice = match (&view.link, status.fault()) {
+            (Link::Closed, _) => Some("the studio has closed; what you see is how the pot was left".into()),
+            (Link::Lost(reason), _) => Some(reason.clone()),
+            (Link::Open, Some(fault)) => Some(fault.to_string()),
+            (Link::Open, None) => None,
+        };
+        // what somebody else set shows here, unless the own wish is still on its way
+        let soon = self.potter.tick().offset(1000);
+        let rpm = view.conditions.wheel.speed(soon).0;
+        let viscosity_ms = view.conditions.material.at(soon).viscosity.0 * 1e3;
+        drop(view);
+        if self.next_settings_at <= Instant::now() {
+            self.panel.rpm = rpm;
+            self.panel.viscosity_ms = viscosity_ms;
+        }
+    }
+
+    fn draw(&mut self) -> anyhow::Result<()> {
+        let now = Instant::now();
+        let seconds = (now - self.last_frame).as_secs_f32().min(0.2);
+        self.last_frame = now;
+        self.guide(seconds);
+        self.read_figures(seconds);
+        let tools = self.tools();
+        let before = (self.panel.rpm, self.panel.viscosity_ms);
+        let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
+        {
+            let mut view = self.potter.view().lock();
+            let view = &mut *view;
+            if !view.changed.is_empty() {
+                stage.upload(&view.pot, &view.changed);
+                view.changed.clear();
+            }
+            self.drawn_phase = view.conditions.phase(self.potter.tick());
+        }
+        let output = self.egui.run_ui(input.take_egui_input(&stage.window), |ui| {
+            panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref());
+        });
+        input.handle_platform_output(&stage.window, output.platform_output);
+        let shapes = PanelShapes {
+            primitives: self.egui.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        };
+        let scene = Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, ..Scene::default() };
+        stage.draw(&scene, &shapes)?;
+        self.is_dirty = false;
+        self.ask(before);
+        Ok(())
+    }
+
+    /// Whether a picture now would look different from the last one.
+    fn is_moving(&self) -> bool {
+        let view = self.potter.view().lock();
+        self.is_dirty
+            || !view.changed.is_empty()
+            || view.conditions.phase(self.potter.tick()) != self.drawn_phase
+            || view.tools.iter().any(|tool| tool.client != view.number)
+            || self.egui.has_requested_repaint()
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.stage.is_none()
+            && let Err(error) = self.open(event_loop)
+        {
+            self.fail(event_loop, error);
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let before = (self.panel.rpm, self.panel.viscosity_ms);
+        let mut is_panels = false;
+        if let (Some(stage), Some(input)) = (&self.stage, &mut self.egui_input) {
+            is_panels = input.on_window_event(&stage.window, &event).consumed;
+        }
+        if !matches!(event, WindowEvent::RedrawRequested) {
+            self.is_dirty = true;
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => {
+                if let Some(stage) = &mut self.stage {
+                    stage.resize(size.width, size.height);
+                }
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw() {
+                    self.fail(event_loop, error);
+                }
+            }
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
+                self.key(event_loop, &event.logical_key);
+                self.ask(before);
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                self.moved(Vec2::new(position.x as f32, position.y as f32));
+                if self.egui.egui_wants_pointer_input() {
+                    self.hand.point_to(None);
+                }
+            }
+            WindowEvent::CursorLeft { .. } => self.hand.point_to(None),
+            WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
+                self.hand.press_button(state == ElementState::Pressed && !is_panels);
+            }
+            WindowEvent::MouseInput { state, button: MouseButton::Right, .. } => {
+                self.turning_view = state == ElementState::Pressed && !is_panels;
+            }
+            WindowEvent::MouseWheel { delta, .. } if !is_panels => self.scrolled(match delta {
+                MouseScrollDelta::LineDelta(_, lines) => lines,
+                MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+            }),
+            WindowEvent::Focused(false) => self.hand.press_button(false),
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(stage) = &self.stage else { return };
+        let frame = if stage.gpu().is_software() { FRAME_SOFTWARE } else { FRAME };
+        let since = self.last_frame.elapsed();
+        let due = if self.is_moving() { frame } else { FRAME_IDLE };
+        if since >= due {
+            stage.window.request_redraw();
+        }
+        self.next_frame = Instant::now() + if since >= due { frame } else { frame.min(due - since) };
+        event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
+    }
+}

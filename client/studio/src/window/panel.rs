@@ -1,0 +1,153 @@
+//! The panel beside the pot: how to join, how the wheel and the clay are set, who is here, and the keys.
+//!
+//! Owns words and layout; changes nothing itself but answers with what the person asked for.
+//! Invariant: every control that is shown has an effect.
+
+use std::net::SocketAddr;
+
+use egui::{Align2, Color32, RichText};
+use pottery_shared::protocol::JoinCode;
+
+/// What others type to join.
+#[derive(Clone, Debug)]
+pub(super) struct Invitation {
+    address: String,
+    code: String,
+}
+
+impl Invitation {
+    pub(super) fn new(address: SocketAddr, code: &JoinCode) -> Self {
+        Self { address: address.to_string(), code: code.to_string() }
+    }
+
+    /// The command for another machine.
+    pub(super) fn command(&self) -> String {
+        format!("others join with:  pottery-studio join {} --code {}", self.address, self.code)
+    }
+}
+
+/// Somebody at the wheel.
+#[derive(Clone, Debug)]
+pub(super) struct Person {
+    pub(super) name: String,
+    pub(super) colour: [f32; 3],
+    pub(super) touching: bool,
+}
+
+/// What the panel shows and lets be changed.
+#[derive(Debug)]
+pub(super) struct PanelState {
+    pub(super) rpm: f32,
+    pub(super) tool_mm: f32,
+    pub(super) viscosity_ms: f32,
+    pub(super) pushed_mm: f32,
+    pub(super) force_n: f32,
+    pub(super) is_touching: bool,
+    pub(super) people: Vec<Person>,
+    pub(super) round_trip_ms: f32,
+    pub(super) late_percent: f32,
+    pub(super) frames_per_s: f32,
+    pub(super) adapter: String,
+    /// A sentence that the person must see.
+    pub(super) notice: Option<String>,
+    pub(super) shows_help: bool,
+}
+
+/// Ranges of the controls.
+pub(super) const RPM_MAX: f32 = 300.0;
+pub(super) const TOOL_MM: (f32, f32) = (2.0, 35.0);
+pub(super) const VISCOSITY_MS: (f32, f32) = (10.0, 2000.0);
+
+const KEYS: [(&str, &str); 9] = [
+    ("left button", "press the tool in"),
+    ("mouse wheel, W S", "push deeper, let out"),
+    ("right button", "turn the view"),
+    ("Ctrl + wheel", "closer, farther"),
+    ("up, down, space", "wheel faster, slower, stop"),
+    ("+ -", "larger, smaller tool"),
+    ("V B", "stiffer, softer clay"),
+    ("R", "view as at first"),
+    ("H, Esc", "these keys, leave"),
+];
+
+/// The colour of a linear RGB triple.
+fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
+    egui::Rgba::from_rgb(red, green, blue).into()
+}
+
+/// Lays the panel out over the picture.
+pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: Option<&Invitation>) {
+    egui::Window::new("studio").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]).show(
+        context,
+        |ui| {
+            ui.set_width(250.0);
+            if let Some(invitation) = invitation {
+                ui.label(RichText::new("Others join with").small());
+                ui.label(RichText::new(format!("address  {}", invitation.address)).monospace());
+                ui.label(RichText::new("code").monospace());
+                ui.label(RichText::new(&invitation.code).monospace().strong());
+                if ui.button("Copy the command").clicked() {
+                    let command = format!("pottery-studio join {} --code {}", invitation.address, invitation.code);
+                    ui.ctx().copy_text(command);
+                }
+                ui.separator();
+            }
+            ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text("wheel, rpm").integer());
+            ui.add(egui::Slider::new(&mut state.tool_mm, TOOL_MM.0..=TOOL_MM.1).text("tool, mm"));
+            let viscosity = egui::Slider::new(&mut state.viscosity_ms, VISCOSITY_MS.0..=VISCOSITY_MS.1);
+            ui.add(viscosity.logarithmic(true).integer().text("viscosity, ms"));
+            ui.separator();
+            let bar =
+                egui::ProgressBar::new((state.force_n / 3.3).clamp(0.0, 1.0)).text(format!("{:.2} N", state.force_n));
+            ui.add(bar.desired_width(250.0));
+            let touch = if state.is_touching { "touching the clay" } else { "not touching" };
+            ui.label(format!("{touch}; pushed in {:.1} mm", state.pushed_mm.max(0.0)));
+            ui.separator();
+            for person in &state.people {
+                let doing = if person.touching { ", touching" } else { "" };
+                ui.colored_label(colour_of(person.colour), format!("{}{doing}", person.name));
+            }
+        },
+    );
+    egui::Area::new(egui::Id::unique("status")).anchor(Align2::LEFT_BOTTOM, [14.0, -10.0]).show(context, |ui| {
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+        ui.label(
+            RichText::new(format!(
+                "round trip {:.1} ms · {} · hand 1 kHz, {:.1} % late · {:.0} pictures/s on {} · H: keys",
+                state.round_trip_ms,
+                quality(state.round_trip_ms),
+                state.late_percent,
+                state.frames_per_s,
+                state.adapter
+            ))
+            .small()
+            .color(Color32::from_gray(200)),
+        );
+    });
+    if let Some(notice) = &state.notice {
+        egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.0, 24.0]).show(context, |ui| {
+            ui.label(RichText::new(notice).strong());
+        });
+    }
+    if state.shows_help {
+        egui::Window::new("Keys").anchor(Align2::RIGHT_TOP, [-12.0, 12.0]).resizable(false).show(context, |ui| {
+            egui::Grid::new("keys").show(ui, |ui| {
+                for (key, effect) in KEYS {
+                    ui.label(RichText::new(key).monospace());
+                    ui.label(effect);
+                    ui.end_row();
+                }
+            });
+        });
+    }
+}
+
+/// The connection in a word.
+fn quality(round_trip_ms: f32) -> &'static str {
+    match round_trip_ms {
+        ..15.0 => "excellent",
+        ..60.0 => "good",
+        ..150.0 => "fair",
+        _ => "slow",
+    }
+}

@@ -1,0 +1,144 @@
+//! What is drawn on: the window's surface, the pot's renderer and the panel's painter.
+//!
+//! Owns the graphics device; knows no people and no network.
+//! Invariant: the surface is configured to the window's size whenever that is not zero.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+use pottery_client::render::{Gpu, PotRenderer, Scene};
+use pottery_shared::clay::Pot;
+use pottery_shared::snapshot::Touched;
+use wgpu::CurrentSurfaceTexture;
+use winit::event_loop::OwnedDisplayHandle;
+use winit::window::Window;
+
+/// Surface, device and painters of one window.
+pub(super) struct Stage {
+    pub(super) window: Arc<Window>,
+    instance: wgpu::Instance,
+    surface: wgpu::Surface<'static>,
+    configuration: wgpu::SurfaceConfiguration,
+    gpu: Gpu,
+    pot: PotRenderer,
+    panel: egui_wgpu::Renderer,
+}
+
+/// The panel's shapes for one picture.
+pub(super) struct PanelShapes {
+    pub(super) primitives: Vec<egui::ClippedPrimitive>,
+    pub(super) textures: egui::TexturesDelta,
+    pub(super) pixels_per_point: f32,
+}
+
+impl Stage {
+    pub(super) fn new(window: Arc<Window>, display: OwnedDisplayHandle, pot: &Pot) -> anyhow::Result<Self> {
+        let instance = wgpu::Instance::new(Gpu::instance_descriptor().with_display_handle(Box::new(display)));
+        let surface = instance.create_surface(Arc::clone(&window)).context("the window cannot be drawn on")?;
+        let gpu = Gpu::for_surface(&instance, &surface)?;
+        let size = window.inner_size();
+        let mut configuration = surface
+            .get_default_config(gpu.adapter(), size.width.max(1), size.height.max(1))
+            .context("the graphics adapter cannot show pictures in this window")?;
+        let formats = surface.get_capabilities(gpu.adapter()).formats;
+        // the panel blends in the screen's own space, as its authors recommend
+        if let Some(plain) = formats.iter().find(|format| !format.is_srgb()) {
+            configuration.format = *plain;
+        }
+        configuration.present_mode = wgpu::PresentMode::AutoVsync;
+        configuration.desired_maximum_frame_latency = 1;
+        surface.configure(gpu.device(), &configuration);
+        let samples = if gpu.is_software() { 1 } else { 4 };
+        let renderer = PotRenderer::new(&gpu, configuration.format, samples, pot);
+        let panel = egui_wgpu::Renderer::new(gpu.device(), configuration.format, egui_wgpu::RendererOptions::default());
+        Ok(Self { window, instance, surface, configuration, gpu, pot: renderer, panel })
+    }
+
+    pub(super) fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Width over height.
+    pub(super) fn aspect(&self) -> f32 {
+        self.configuration.width as f32 / self.configuration.height.max(1) as f32
+    }
+
+    pub(super) fn resize(&mut self, width: u32, height: u32) {
+        if width > 0 && height > 0 {
+            self.configuration.width = width;
+            self.configuration.height = height;
+            self.surface.configure(self.gpu.device(), &self.configuration);
+        }
+    }
+
+    /// Sends the clay that changed to the device.
+    pub(super) fn upload(&mut self, pot: &Pot, changed: &Touched) {
+        for surface in 0..pot.surfaces().len() {
+            for rectangle in changed.rectangles(surface) {
+                self.pot.upload(pot, surface, rectangle);
+            }
+        }
+    }
+
+    /// Draws one picture; what cannot be drawn now is drawn next time.
+    #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
+    pub(super) fn draw(&mut self, scene: &Scene<'_>, shapes: &PanelShapes) -> anyhow::Result<()> {
+        for (id, deltas) in &shapes.textures.set {
+            for delta in deltas {
+                self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
+            }
+        }
+        if let Some(texture) = self.next_texture()? {
+            let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
+            let size = (texture.texture.width(), texture.texture.height());
+            let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.pot.draw(&mut encoder, &view, size, scene);
+            let descriptor = egui_wgpu::ScreenDescriptor {
+                size_in_pixels: [size.0, size.1],
+                pixels_per_point: shapes.pixels_per_point,
+            };
+            let (device, queue) = (self.gpu.device(), self.gpu.queue());
+            let mut buffers = self.panel.update_buffers(device, queue, &mut encoder, &shapes.primitives, &descriptor);
+            {
+                let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label: Some("panel"),
+                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                        view: &view,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                    })],
+                    ..Default::default()
+                });
+                self.panel.render(&mut pass.forget_lifetime(), &shapes.primitives, &descriptor);
+            }
+            buffers.push(encoder.finish());
+            queue.submit(buffers);
+            self.window.pre_present_notify();
+            queue.present(texture);
+        }
+        for id in &shapes.textures.free {
+            self.panel.free_texture(id);
+        }
+        Ok(())
+    }
+
+    fn next_texture(&mut self) -> anyhow::Result<Option<wgpu::SurfaceTexture>> {
+        match self.surface.get_current_texture() {
+            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(Some(texture)),
+            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => Ok(None),
+            CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Validation => {
+                self.surface.configure(self.gpu.device(), &self.configuration);
+                Ok(None)
+            }
+            CurrentSurfaceTexture::Lost => {
+                self.surface = self
+                    .instance
+                    .create_surface(Arc::clone(&self.window))
+                    .context("the window can no longer be drawn on")?;
+                self.surface.configure(self.gpu.device(), &self.configuration);
+                Ok(None)
+            }
+        }
+    }
+}
