@@ -150,9 +150,28 @@ pub struct HandSide {
 /// The network's end.
 #[derive(Debug)]
 pub struct NetSide {
-    pub(crate) samples: rtrb::Consumer<ToolSample>,
-    pub(crate) patches: triple_buffer::Input<Patch>,
-    pub(crate) status: Arc<Status>,
+    samples: rtrb::Consumer<ToolSample>,
+    patches: triple_buffer::Input<Patch>,
+    status: Arc<Status>,
+}
+
+impl NetSide {
+    /// The oldest sample of the hand that was not fetched yet.
+    pub fn next_sample(&mut self) -> Option<ToolSample> {
+        self.samples.pop().ok()
+    }
+
+    /// Gives the hand the clay that `write` makes of an older patch; clay that the hand has not come to is replaced.
+    pub fn publish(&mut self, write: impl FnOnce(&mut Patch)) {
+        write(self.patches.input_buffer_mut());
+        self.patches.publish();
+    }
+
+    /// What both sides may read.
+    #[must_use]
+    pub fn status(&self) -> &Status {
+        &self.status
+    }
 }
 
 /// Both ends over the clay as it is now.

@@ -107,7 +107,7 @@ impl Worker {
         tokio::spawn(streams::read_control(control_in, frames, arrived.clone()));
         tokio::spawn(streams::read_keyframes(connection.clone(), arrived));
         tokio::spawn(streams::write_control(control_out, to_write));
-        side.status.set_tick_offset(session.tick_offset());
+        side.status().set_tick_offset(session.tick_offset());
         let histogram = |highest| Histogram::new_with_bounds(1, highest, 3).expect("these bounds are valid");
         let report = NetworkReport {
             duration: Duration::ZERO,
@@ -207,7 +207,7 @@ impl Worker {
     }
 
     fn fetch_samples(&mut self) {
-        while let Ok(sample) = self.side.samples.pop() {
+        while let Some(sample) = self.side.next_sample() {
             self.session.handle_sample(sample);
             self.record(sample);
         }
@@ -273,10 +273,9 @@ impl Worker {
             }
         }
         if is_corrected {
-            self.session.patch_into(self.side.patches.input_buffer_mut());
-            self.side.patches.publish();
+            self.side.publish(|patch| self.session.patch_into(patch));
         }
-        self.side.status.set_tick_offset(self.session.tick_offset());
+        self.side.status().set_tick_offset(self.session.tick_offset());
         self.show();
         true
     }

@@ -34,10 +34,20 @@ impl Tick {
         Self(self.0.saturating_add_signed(ticks))
     }
 
-    /// Signed number of ticks from `earlier` to this one.
+    /// Signed number of ticks from `earlier` to this one; ends at the ends of `i64`.
+    ///
+    /// ```
+    /// use pottery_shared::units::Tick;
+    /// assert_eq!(Tick(3).since(Tick(5)), -2);
+    /// assert_eq!(Tick(u64::MAX).since(Tick(5)), i64::MAX);
+    /// ```
     #[must_use]
     pub const fn since(self, earlier: Self) -> i64 {
-        self.0.wrapping_sub(earlier.0) as i64
+        match self.0.checked_signed_diff(earlier.0) {
+            Some(ticks) => ticks,
+            None if self.0 > earlier.0 => i64::MAX,
+            None => i64::MIN,
+        }
     }
 }
 

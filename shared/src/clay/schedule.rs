@@ -21,14 +21,13 @@ impl<T: Copy + Default> Default for Schedule<T> {
 }
 
 impl<T: Copy> Schedule<T> {
-    const ENTRIES_MAX: usize = 16;
+    /// Most values kept, as many as a wheel keeps speeds; older ones are forgotten first.
+    const ENTRIES_MAX: usize = 256;
 
     /// A setting that has always been `value`.
     #[must_use]
     pub fn new(value: T) -> Self {
-        let mut entries = Vec::with_capacity(Self::ENTRIES_MAX);
-        entries.push((Tick(0), value));
-        Self { entries }
+        Self { entries: alloc::vec![(Tick(0), value)] }
     }
 
     /// The value at a tick; the oldest known one for ticks before it.

@@ -1,7 +1,7 @@
 //! The wheel's angle as a pure function of the tick.
 //!
 //! Integer phase only: two differently rounded angles would put the same press on different elements.
-//! Invariant: the phase at a tick never changes once that tick is no longer in the future.
+//! Invariant: a new speed changes the phase of no tick before it, back to the oldest change that is kept.
 
 use alloc::vec::Vec;
 
@@ -64,16 +64,15 @@ impl Default for Wheel {
 impl Wheel {
     /// Fastest turning either way.
     pub const RPM_MAX: Rpm = Rpm(400.0);
-    /// Most speed changes kept; older ones are forgotten first.
-    const SEGMENTS_MAX: usize = 16;
+    /// Most speed changes kept; older ones are forgotten first. The room makes 20 a second at most and takes samples of
+    /// the last ten.
+    const SEGMENTS_MAX: usize = 256;
     const STEPS_PER_TICK_PER_RPM: f64 = 4_294_967_296.0 / (60.0 * Tick::PER_SECOND as f64);
 
     /// A wheel that stands at `phase` at tick `from` and turns by `rate` phase steps a tick.
     #[must_use]
     pub fn starting_at(from: Tick, phase: Phase, rate: i32) -> Self {
-        let mut segments = Vec::with_capacity(Self::SEGMENTS_MAX);
-        segments.push(Segment { from, phase, rate });
-        Self { segments }
+        Self { segments: alloc::vec![Segment { from, phase, rate }] }
     }
 
     /// Phase steps a tick for a turning speed, limited to [`Wheel::RPM_MAX`]; not a number counts as standing still.

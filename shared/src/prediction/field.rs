@@ -88,10 +88,18 @@ impl Field {
         self.through = through;
     }
 
-    /// Takes over another field without allocating.
+    /// Takes over another field of the same pot without allocating.
+    ///
+    /// # Panics
+    /// When the pots differ in shape.
     pub fn copy_from(&mut self, other: &Self) {
-        self.pot.clone_from(&other.pot);
-        self.unrounded.clone_from(&other.unrounded);
+        for number in 0..other.pot.surfaces().len() {
+            let shape = other.pot.surfaces()[number].shape();
+            let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
+            self.pot.copy_window(&other.pot, number, whole);
+        }
+        self.unrounded.clear();
+        self.unrounded.add_all(&other.unrounded);
         self.through = other.through;
     }
 }

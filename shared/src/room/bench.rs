@@ -16,6 +16,9 @@ use crate::units::{Rpm, Seconds, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
 const NOTICE_TICKS: i64 = 200;
+/// Settings change at multiples of this many ticks only, so that however often they are asked for, a wheel remembers
+/// every change within the time for which samples are taken.
+const SETTINGS_EVERY: u64 = 50;
 /// Samples of one tool done in one tick when they come late.
 const CATCH_UP_MAX: usize = 8;
 /// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
@@ -144,14 +147,14 @@ impl Bench {
     }
 
     pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick, outbox: &mut VecDeque<Transmit>) {
-        let from = now.offset(NOTICE_TICKS);
+        let from = change_after(now);
         self.conditions.wheel.schedule(from, Wheel::rate_of(speed));
         let (phase, rate) = (self.conditions.wheel.phase(from).0, self.conditions.wheel.rate(from));
         self.tell_all(&Notice::Wheel(WheelWire { from: from.0, phase, rate }), outbox);
     }
 
     pub(super) fn set_viscosity(&mut self, seconds: f32, now: Tick, outbox: &mut VecDeque<Transmit>) {
-        let from = now.offset(NOTICE_TICKS);
+        let from = change_after(now);
         let material = Material::new(Seconds(seconds));
         self.conditions.material.set(from, material);
         self.tell_all(&Notice::Viscosity { from: from.0, seconds: material.viscosity.0 }, outbox);
@@ -263,6 +266,11 @@ impl Bench {
         }
         self.recent.retain(|recent| recent.repeats > 0);
     }
+}
+
+/// The tick of a change that is ordered now.
+const fn change_after(now: Tick) -> Tick {
+    Tick(now.offset(NOTICE_TICKS).0.next_multiple_of(SETTINGS_EVERY))
 }
 
 /// A delta cut into pieces that fit a datagram.

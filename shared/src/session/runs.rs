@@ -81,7 +81,8 @@ pub(super) fn unpack(inputs: &Inputs) -> impl Iterator<Item = (u32, Option<ToolS
             Some(ToolSample { tick, tool: tool?, centre })
         })
     });
-    (inputs.first..).zip(samples)
+    // numbers wrap, and a range that starts at the last one would overflow
+    samples.enumerate().map(|(at, sample)| (inputs.first.wrapping_add(at as u32), sample))
 }
 
 fn add(at: [i32; 3], step: [i16; 3]) -> Option<[i32; 3]> {
