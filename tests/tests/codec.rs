@@ -1,0 +1,350 @@
+//! The chain of snapshots: what the author publishes is what the replica holds, bit for bit, and bytes that say anything
+//! else either change nothing or leave sound clay.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::Vec3;
+use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::snapshot::{Author, Delta, Replica, SnapshotClock, SnapshotError, Touched, Version};
+use pottery_shared::tool::{Position, Sphere, ToolSample};
+use pottery_shared::units::{Metres, Rpm, Tick};
+use proptest::prelude::*;
+
+/// No side is a multiple of a tile's.
+fn small_spec() -> PotSpec {
+    PotSpec { shape: GridShape::new(72, 61).unwrap(), ..PotSpec::default() }
+}
+
+fn no_tiles(pot: &Pot) -> Touched {
+    Touched::none(pot.surfaces().iter().map(Surface::shape))
+}
+
+/// The authoritative side: clay, and the chain of its snapshots.
+struct Origin {
+    pot: Pot,
+    author: Author,
+    touched: Touched,
+    substep: SubStep,
+    deltas: Vec<Delta>,
+}
+
+impl Origin {
+    fn new(spec: PotSpec) -> Self {
+        let mut pot = Pot::new(spec).unwrap();
+        let author = Author::new(&mut pot);
+        let touched = no_tiles(&pot);
+        Self { pot, author, touched, substep: SubStep::for_grid(spec.shape), deltas: Vec::new() }
+    }
+
+    fn press(&mut self, presses: &[Press], method: MethodKind) {
+        let touched = &mut self.touched;
+        self.substep.advance(&mut self.pot, presses, method, |surface, window| touched.add_window(surface, window));
+    }
+
+    /// Publishes; the number of bytes, 0 when nothing changed.
+    fn publish(&mut self) -> usize {
+        let delta = self.author.publish(&mut self.pot, &mut self.touched);
+        let bytes = delta.as_ref().map_or(0, |delta| delta.bytes.len());
+        self.deltas.extend(delta);
+        bytes
+    }
+
+    fn replica(&self) -> Replica {
+        Replica::new(Pot::new(*self.pot.spec()).unwrap())
+    }
+
+    /// A replica that has taken the deltas up to a version.
+    fn replica_at(&self, version: usize) -> Replica {
+        let mut replica = self.replica();
+        for delta in &self.deltas[..version] {
+            replica.apply_delta(delta.version, &delta.bytes, &mut no_tiles(&self.pot)).unwrap();
+        }
+        replica
+    }
+}
+
+/// A press anywhere at the pot, some of them to the bottom of what clay allows.
+fn press() -> impl Strategy<Value = Press> {
+    let place = (30.0_f32..100.0, -3.2_f32..3.2, -20.0_f32..220.0);
+    (place, 0.5_f32..40.0, 0.001_f32..1.0).prop_map(|((distance_mm, angle_rad, z_mm), radius_mm, response)| Press {
+        tool: Sphere::new(Metres::from_mm(radius_mm)).unwrap(),
+        centre_m: Vec3::new(distance_mm * angle_rad.cos(), distance_mm * angle_rad.sin(), z_mm) * 1e-3,
+        turning: 1,
+        response,
+    })
+}
+
+/// Presses of consecutive sub-steps, with a snapshot after each group.
+fn groups(snapshots: impl Into<prop::collection::SizeRange>) -> impl Strategy<Value = Vec<Vec<Vec<Press>>>> {
+    let step = prop::collection::vec(press(), 1..4);
+    prop::collection::vec(prop::collection::vec(step, 1..5), snapshots)
+}
+
+fn method() -> impl Strategy<Value = MethodKind> {
+    prop_oneof![Just(MethodKind::Original), Just(MethodKind::Improved)]
+}
+
+fn origin_of(groups: &[Vec<Vec<Press>>], method: MethodKind) -> Origin {
+    let mut origin = Origin::new(small_spec());
+    for group in groups {
+        for presses in group {
+            origin.press(presses, method);
+        }
+        origin.publish();
+    }
+    origin
+}
+
+/// What a replica may be after any bytes: within its bounds, and no number that is none.
+fn assert_sound(replica: &Replica) {
+    let surface = &replica.pot().surfaces()[0];
+    let (low, high) = surface.bounds_m();
+    assert!(surface.radii_m().iter().all(|radius| (low..=high).contains(radius)));
+}
+
+proptest! {
+    #[test]
+    fn replica_holds_the_authors_clay_after_every_snapshot(groups in groups(1..8), method in method()) {
+        let mut origin = Origin::new(small_spec());
+        let mut replica = origin.replica();
+        prop_assert_eq!(replica.digest(), origin.author.digest());
+        prop_assert!(replica.pot() == &origin.pot, "the untouched pots differ");
+        for group in groups {
+            for presses in &group {
+                origin.press(presses, method);
+            }
+            let pressed = origin.touched.clone();
+            let before = replica.pot().clone();
+            if origin.publish() == 0 {
+                prop_assert!(before == origin.pot, "a change was not published");
+                continue;
+            }
+            let delta = origin.deltas.last().unwrap();
+            let mut news = no_tiles(&origin.pot);
+            replica.apply_delta(delta.version, &delta.bytes, &mut news).unwrap();
+            prop_assert_eq!(replica.version(), origin.author.latest());
+            prop_assert_eq!(replica.digest(), origin.author.digest());
+            prop_assert!(replica.pot() == &origin.pot, "same digest, other clay");
+            // the news are the tiles in which the clay changed, no more and no less
+            let named: Vec<_> = news.iter().collect();
+            for (surface, _, window) in pressed.iter() {
+                let is_named = named.iter().any(|&(other, _, found)| (surface, window) == (other, found));
+                let mut patched = before.clone();
+                patched.copy_window(replica.pot(), surface, window);
+                prop_assert_eq!(patched != before, is_named, "{:?}", window);
+            }
+        }
+        prop_assert!(origin.touched.is_empty());
+    }
+
+    #[test]
+    fn delta_out_of_order_is_refused_and_changes_nothing(groups in groups(2..6), method in method(), twice in any::<bool>()) {
+        let origin = origin_of(&groups, method);
+        for held in 0..=origin.deltas.len() {
+            let mut replica = origin.replica_at(held);
+            let digest = replica.digest();
+            for delta in &origin.deltas {
+                if delta.version == replica.version().next() {
+                    continue;
+                }
+                for _ in 0..=u8::from(twice) {
+                    let mut news = no_tiles(&origin.pot);
+                    let refused = replica.apply_delta(delta.version, &delta.bytes, &mut news);
+                    let not_next = SnapshotError::NotNext { delta: delta.version, held: replica.version() };
+                    prop_assert_eq!(refused, Err(not_next));
+                    prop_assert!(news.is_empty());
+                }
+            }
+            prop_assert_eq!((replica.version().0 as usize, replica.digest()), (held, digest));
+        }
+    }
+
+    #[test]
+    fn keyframe_from_any_version_brings_a_replica_up_to_date(groups in groups(1..6), method in method()) {
+        let origin = origin_of(&groups, method);
+        let latest = origin.author.latest();
+        for have in 0..=latest.0 {
+            let keyframe = origin.author.keyframe(Version(have));
+            for held in 0..=latest.0 {
+                let mut replica = origin.replica_at(held as usize);
+                let digest = replica.digest();
+                let applied = replica.apply_keyframe(latest, Version(have), &keyframe, &mut no_tiles(&origin.pot));
+                if held < have {
+                    let not_next = SnapshotError::NotNext { delta: Version(have), held: Version(held) };
+                    prop_assert_eq!(applied, Err(not_next));
+                    prop_assert_eq!(replica.digest(), digest);
+                } else {
+                    prop_assert_eq!(applied, Ok(()));
+                    prop_assert_eq!(replica.version(), latest);
+                    prop_assert_eq!(replica.digest(), origin.author.digest());
+                    prop_assert!(replica.pot() == &origin.pot, "from {} with {}", have, held);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn whole_keyframe_mends_any_clay(groups in groups(1..4), damage in prop::collection::vec(any::<u8>(), 1..200)) {
+        let origin = origin_of(&groups, MethodKind::Improved);
+        let mut replica = origin.replica();
+        // whatever these bytes make of it
+        let made = replica.apply_delta(Version(1), &damage, &mut no_tiles(&origin.pot)).is_ok();
+        prop_assert_eq!(replica.version(), Version(u32::from(made)));
+        let latest = origin.author.latest().max(Version(1));
+        let keyframe = origin.author.keyframe(Version(0));
+        replica.apply_keyframe(latest, Version(0), &keyframe, &mut no_tiles(&origin.pot)).unwrap();
+        prop_assert_eq!(replica.digest(), origin.author.digest());
+        prop_assert!(replica.pot() == &origin.pot);
+    }
+
+    #[test]
+    fn older_keyframe_changes_nothing(groups in groups(2..5)) {
+        let origin = origin_of(&groups, MethodKind::Original);
+        let latest = origin.author.latest();
+        prop_assume!(latest > Version(1));
+        let old = origin_of(&groups[..1], MethodKind::Original).author.keyframe(Version(0));
+        let mut replica = origin.replica_at(latest.0 as usize);
+        let mut news = no_tiles(&origin.pot);
+        prop_assert_eq!(replica.apply_keyframe(Version(1), Version(0), &old, &mut news), Ok(()));
+        prop_assert!(news.is_empty() && replica.version() == latest && replica.pot() == &origin.pot);
+    }
+
+    #[test]
+    fn creep_below_half_a_quantum_is_dropped_on_both_sides(response in 1e-6_f32..1e-4) {
+        let mut origin = Origin::new(small_spec());
+        // pressed 10 mm deep at most: a push of at most 1 µm, where half a quantum is 1.9 µm
+        let centre_m = Vec3::new(0.062, 0.0, 0.1);
+        let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
+        let before = origin.pot.clone();
+        origin.press(&[Press { tool, centre_m, turning: 0, response }], MethodKind::Original);
+        prop_assert!(before != origin.pot, "nothing was pressed");
+        prop_assert_eq!(origin.publish(), 0);
+        prop_assert!(before == origin.pot, "the author keeps what the replicas do not have");
+    }
+}
+
+/// Takes `bytes` as a delta and as a keyframe of every kind: each either changes nothing or leaves sound clay.
+fn assert_survives(origin: &Origin, held: usize, bytes: &[u8]) {
+    let next = Version(held as u32 + 1);
+    type Apply<'a> = &'a dyn Fn(&mut Replica, &mut Touched) -> Result<(), SnapshotError>;
+    let ways: [Apply; 3] = [
+        &|replica, news| replica.apply_delta(next, bytes, news),
+        &|replica, news| replica.apply_keyframe(next, Version(0), bytes, news),
+        &|replica, news| replica.apply_keyframe(next, Version(held as u32), bytes, news),
+    ];
+    for apply in ways {
+        let mut replica = origin.replica_at(held);
+        let before = (replica.version(), replica.digest(), replica.pot().digest());
+        let mut news = no_tiles(&origin.pot);
+        if apply(&mut replica, &mut news).is_err() {
+            assert_eq!((replica.version(), replica.digest(), replica.pot().digest()), before);
+            assert!(news.is_empty());
+        }
+        assert_sound(&replica);
+    }
+}
+
+proptest! {
+    #[test]
+    fn bytes_of_chance_leave_sound_clay(
+        groups in groups(1..2),
+        bytes in prop::collection::vec(any::<u8>(), 0..3000),
+    ) {
+        let origin = origin_of(&groups, MethodKind::Original);
+        assert_survives(&origin, origin.deltas.len(), &bytes);
+    }
+
+    #[test]
+    fn damaged_messages_leave_sound_clay(
+        groups in groups(1..3),
+        cut in any::<prop::sample::Index>(),
+        flips in prop::collection::vec((any::<prop::sample::Index>(), 0_u8..8), 1..6),
+        behind in prop::collection::vec(any::<u8>(), 1..6),
+    ) {
+        let origin = origin_of(&groups, MethodKind::Improved);
+        prop_assume!(!origin.deltas.is_empty());
+        let delta = origin.deltas.last().unwrap().bytes.clone();
+        for sound in [delta, origin.author.keyframe(Version(0))] {
+            let held = origin.deltas.len() - 1;
+            assert_survives(&origin, held, &sound[..cut.index(sound.len())]);
+            assert_survives(&origin, held, &[&sound[..], &behind].concat());
+            let mut flipped = sound.clone();
+            for &(at, bit) in &flips {
+                flipped[at.index(sound.len())] ^= 1 << bit;
+            }
+            assert_survives(&origin, held, &flipped);
+        }
+    }
+
+    #[test]
+    fn bytes_behind_the_end_are_refused(groups in groups(1..3), behind in prop::collection::vec(1_u8.., 1..6)) {
+        let origin = origin_of(&groups, MethodKind::Improved);
+        prop_assume!(!origin.deltas.is_empty());
+        let delta = origin.deltas.last().unwrap();
+        let mut replica = origin.replica_at(origin.deltas.len() - 1);
+        // four zeros at the end are left out, and may as well be there
+        let longer = [&delta.bytes[..], &[0; 4], &behind].concat();
+        let refused = replica.apply_delta(delta.version, &longer, &mut no_tiles(&origin.pot));
+        prop_assert_eq!(refused, Err(SnapshotError::Malformed { bytes: longer.len() }));
+    }
+}
+
+#[test]
+fn every_truncation_of_a_delta_leaves_sound_clay() {
+    let mut origin = Origin::new(small_spec());
+    let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
+    origin
+        .press(&[Press { tool, centre_m: Vec3::new(0.07, 0.0, 0.1), turning: 1, response: 0.3 }], MethodKind::Improved);
+    assert!(origin.publish() > 20);
+    let bytes = &origin.deltas[0].bytes;
+    for length in 0..bytes.len() {
+        assert_survives(&origin, 0, &bytes[..length]);
+    }
+}
+
+/// Two seconds of steady pressing on the default pot: bytes of a snapshot in the mean and at most, and of the keyframe.
+fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
+    let mut origin = Origin::new(PotSpec::default());
+    let wheel = Wheel::starting_at(Tick(0), pottery_shared::clay::Phase(0), Wheel::rate_of(Rpm(60.0)));
+    let conditions = Conditions { wheel, method, ..Conditions::default() };
+    let mut sizes = Vec::new();
+    for tick in (1..2000).map(Tick) {
+        let seconds = tick.0 as f32 * 1e-3;
+        let presses: Vec<_> = (0..tools)
+            .map(|tool| {
+                let angle = tool as f32 * std::f32::consts::TAU / tools as f32;
+                let distance = 0.071 - 0.001 * seconds;
+                let z = 0.06 + 0.03 * tool as f32 + 0.01 * seconds;
+                let centre = Position::nearest(Vec3::new(distance * angle.cos(), distance * angle.sin(), z)).unwrap();
+                conditions.press(&ToolSample { tick, tool: Sphere::default(), centre })
+            })
+            .collect();
+        origin.press(&presses, method);
+        if SnapshotClock::is_due(tick) {
+            sizes.push(origin.publish());
+        }
+    }
+    let mean = sizes.iter().sum::<usize>() as f64 / sizes.len() as f64;
+    (mean, sizes.into_iter().max().unwrap(), origin.author.keyframe(Version(0)).len())
+}
+
+/// Largest mean, largest single snapshot and largest keyframe, bytes: measured when the codec was made, and a third more.
+const GATES: [(usize, MethodKind, (f64, usize, usize)); 4] = [
+    (1, MethodKind::Original, (207.0, 297, 5740)),
+    (1, MethodKind::Improved, (377.0, 501, 9650)),
+    (4, MethodKind::Original, (812.0, 1183, 22_900)),
+    (4, MethodKind::Improved, (1488.0, 1965, 36_800)),
+];
+
+#[test]
+fn snapshots_stay_small() {
+    let mut broken = Vec::new();
+    for (tools, method, gate) in GATES {
+        let (mean, most, keyframe) = bytes_a_snapshot(tools, method);
+        println!("{tools} tools, {method:?}: {mean:.0} B a snapshot, {most} B at most, keyframe {keyframe} B");
+        if mean > gate.0 || most > gate.1 || keyframe > gate.2 {
+            broken.push(format!("{tools} tools, {method:?}: {mean:.0} B, {most} B, {keyframe} B; allowed {gate:?}"));
+        }
+    }
+    assert!(broken.is_empty(), "{broken:#?}");
+}

@@ -1,0 +1,406 @@
+//! The bytes between client and server: every message survives the journey, and bytes that are no message are refused
+//! for no more memory than the message was allowed.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use pottery_shared::protocol::{
+    self, Body, CONTROL_MAX, DATAGRAM_MEMORY_MAX, Fragment, FrameReader, Greeting, Hello, Inputs, JoinCode,
+    JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal, Request, Run,
+    ToolWire, Welcome, WheelWire,
+};
+use proptest::prelude::*;
+
+/// Counts the bytes that a thread asks for.
+struct Counting;
+
+thread_local! {
+    static ASKED_BYTES: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: hands everything on to the system's allocator as it is; the counter is a plain cell that allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ASKED_BYTES.set(ASKED_BYTES.get().saturating_add(layout.size()));
+        // SAFETY: the caller's promises are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        ASKED_BYTES.set(ASKED_BYTES.get().saturating_add(new_size));
+        // SAFETY: the caller's promises are those that `System` asks for.
+        unsafe { System.realloc(memory, layout, new_size) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are those that `System` asks for.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Bytes that `work` asked the allocator for in all.
+fn asked_bytes(work: impl FnOnce()) -> usize {
+    let before = ASKED_BYTES.get();
+    work();
+    ASKED_BYTES.get() - before
+}
+
+fn text() -> impl Strategy<Value = String> {
+    prop::collection::vec(any::<char>(), 0..40).prop_map(|characters| characters.into_iter().collect())
+}
+
+fn bytes(most: usize) -> impl Strategy<Value = Vec<u8>> {
+    prop::collection::vec(any::<u8>(), 0..most)
+}
+
+fn greeting() -> impl Strategy<Value = Greeting> {
+    (any::<[u8; 4]>(), any::<[u8; 2]>(), bytes(200)).prop_map(|(magic, version, hello)| Greeting {
+        magic,
+        version,
+        hello,
+    })
+}
+
+fn hello() -> impl Strategy<Value = Hello> {
+    (text(), any::<u16>()).prop_map(|(code, wheel)| Hello { code, wheel })
+}
+
+fn request() -> impl Strategy<Value = Request> {
+    prop_oneof![
+        any::<f32>().prop_map(|rpm| Request::WheelSpeed { rpm }),
+        any::<f32>().prop_map(|seconds| Request::Viscosity { seconds }),
+        any::<u32>().prop_map(|have| Request::Resync { have }),
+        Just(Request::Leave),
+    ]
+}
+
+fn refusal() -> impl Strategy<Value = Refusal> {
+    prop_oneof![
+        any::<(u16, u16)>().prop_map(|(server, client)| Refusal::Version { server, client }),
+        Just(Refusal::Code),
+        any::<(u16, u16)>().prop_map(|(wheel, wheels)| Refusal::Wheel { wheel, wheels }),
+        any::<u16>().prop_map(|people| Refusal::Full { people }),
+        Just(Refusal::Greeting),
+    ]
+}
+
+fn wheel() -> impl Strategy<Value = WheelWire> {
+    any::<(u64, u32, i32)>().prop_map(|(from, phase, rate)| WheelWire { from, phase, rate })
+}
+
+fn welcome() -> impl Strategy<Value = Welcome> {
+    let pot = any::<(u32, u32, f32, f32, f32)>().prop_map(|(columns, rows, height_m, radius_m, wall_m)| PotWire {
+        columns,
+        rows,
+        height_m,
+        radius_m,
+        wall_m,
+    });
+    let viscosity = prop::collection::vec(any::<(u64, f32)>(), 0..20);
+    let wheel = prop::collection::vec(wheel(), 0..20);
+    (any::<(u16, u64, u8)>(), pot, wheel, viscosity).prop_map(|((client, now, method), pot, wheel, viscosity)| {
+        Welcome { client, now, pot, wheel, viscosity, method }
+    })
+}
+
+fn notice() -> impl Strategy<Value = Notice> {
+    prop_oneof![
+        welcome().prop_map(Notice::Welcome),
+        refusal().prop_map(Notice::Refused),
+        wheel().prop_map(Notice::Wheel),
+        any::<(u64, f32)>().prop_map(|(from, seconds)| Notice::Viscosity { from, seconds }),
+        Just(Notice::Closing),
+    ]
+}
+
+fn inputs() -> impl Strategy<Value = Inputs> {
+    let run = (any::<(u64, u16, [i32; 3])>(), prop::collection::vec(any::<[i16; 3]>(), 0..60))
+        .prop_map(|((first_tick, tool_radius_um, start), steps)| Run { first_tick, tool_radius_um, start, steps });
+    (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
+}
+
+fn pulse() -> impl Strategy<Value = Pulse> {
+    let tool = any::<(u16, [i32; 3], u16, bool)>().prop_map(|(client, centre, radius_um, touching)| ToolWire {
+        client,
+        centre,
+        radius_um,
+        touching,
+    });
+    let fragment = (any::<(u32, u16, u16)>(), bytes(600)).prop_map(|((version, index, count), bytes)| Fragment {
+        version,
+        index,
+        count,
+        bytes,
+    });
+    let tools = prop::option::of(prop::collection::vec(tool, 0..30));
+    let fragments = prop::collection::vec(fragment, 0..3);
+    let body = (any::<(u64, u32, Option<u64>)>(), tools, fragments)
+        .prop_map(|((tick, latest, digest), tools, fragments)| Body { tick, latest, digest, tools, fragments });
+    let head = any::<(u32, Option<i16>)>().prop_map(|(acknowledged, slack)| PulseHead { acknowledged, slack });
+    (head, body).prop_map(|(head, body)| Pulse { head, body })
+}
+
+fn keyframe() -> impl Strategy<Value = Keyframe> {
+    (any::<(u32, u32, u64, u32)>(), bytes(3000)).prop_map(|((version, since, tick, acknowledged), bytes)| Keyframe {
+        version,
+        since,
+        tick,
+        acknowledged,
+        bytes,
+    })
+}
+
+/// The laws of one message: it reads back, and neither more, fewer nor too many bytes are taken for it.
+macro_rules! laws {
+    ($name:ident, $strategy:expr, $message:ty, $limit:expr) => {
+        proptest! {
+            #[test]
+            fn $name(message in $strategy, behind in 1_usize..9) {
+                let encoded = protocol::encode(&message);
+                prop_assert_eq!(protocol::decode::<{ $limit }, $message>(&encoded).unwrap(), message);
+                let mut longer = encoded.clone();
+                longer.extend(std::iter::repeat_n(0, behind));
+                let malformed = ProtocolError::Malformed { bytes: longer.len() };
+                prop_assert_eq!(protocol::decode::<{ $limit }, $message>(&longer), Err(malformed));
+                for length in 0..encoded.len() {
+                    let malformed = ProtocolError::Malformed { bytes: length };
+                    prop_assert_eq!(protocol::decode::<{ $limit }, $message>(&encoded[..length]), Err(malformed));
+                }
+                let long = vec![0; $limit + 1];
+                let too_long = ProtocolError::TooLong { bytes: $limit + 1, limit: $limit };
+                prop_assert_eq!(protocol::decode::<{ $limit }, $message>(&long), Err(too_long));
+            }
+        }
+    };
+}
+
+laws!(greeting_is_read_as_written, greeting(), Greeting, CONTROL_MAX);
+laws!(hello_is_read_as_written, hello(), Hello, CONTROL_MAX);
+laws!(request_is_read_as_written, request(), Request, CONTROL_MAX);
+laws!(notice_is_read_as_written, notice(), Notice, CONTROL_MAX);
+laws!(inputs_are_read_as_written, inputs(), Inputs, DATAGRAM_MEMORY_MAX);
+laws!(pulse_is_read_as_written, pulse(), Pulse, DATAGRAM_MEMORY_MAX);
+
+proptest! {
+    // a limit of 16 MiB is slow to exceed, so the law of too long input stands apart
+    #[test]
+    fn keyframe_is_read_as_written(message in keyframe(), behind in 1_usize..9) {
+        let encoded = protocol::encode(&message);
+        prop_assert_eq!(protocol::decode::<KEYFRAME_MAX, Keyframe>(&encoded).unwrap(), message);
+        let mut longer = encoded.clone();
+        longer.extend(std::iter::repeat_n(0, behind));
+        prop_assert!(protocol::decode::<KEYFRAME_MAX, Keyframe>(&longer).is_err());
+        prop_assert!(protocol::decode::<KEYFRAME_MAX, Keyframe>(&encoded[..encoded.len() - 1]).is_err());
+    }
+}
+
+#[test]
+fn keyframe_longer_than_allowed_is_refused() {
+    let long = vec![0; KEYFRAME_MAX + 1];
+    let too_long = ProtocolError::TooLong { bytes: KEYFRAME_MAX + 1, limit: KEYFRAME_MAX };
+    assert_eq!(protocol::decode::<KEYFRAME_MAX, Keyframe>(&long), Err(too_long));
+}
+
+/// Decodes as everything there is and says how much memory was asked for.
+fn memory_to_decode(bytes: &[u8]) -> usize {
+    asked_bytes(|| {
+        drop(protocol::decode::<CONTROL_MAX, Greeting>(bytes));
+        drop(protocol::decode::<CONTROL_MAX, Hello>(bytes));
+        drop(protocol::decode::<CONTROL_MAX, Request>(bytes));
+        drop(protocol::decode::<CONTROL_MAX, Notice>(bytes));
+        drop(protocol::decode::<DATAGRAM_MEMORY_MAX, Inputs>(bytes));
+        drop(protocol::decode::<DATAGRAM_MEMORY_MAX, Pulse>(bytes));
+    })
+}
+
+/// Memory that all of `memory_to_decode` may take: each message its limit. Vectors are made in one piece, since their
+/// lengths stand before them.
+const MEMORY_MAX: usize = 4 * CONTROL_MAX + 2 * DATAGRAM_MEMORY_MAX;
+
+/// A number as the wire writes it when it takes eight bytes.
+fn eight_byte_number(number: u64) -> Vec<u8> {
+    let mut bytes = vec![253];
+    bytes.extend_from_slice(&number.to_le_bytes());
+    bytes
+}
+
+#[test]
+fn allocator_is_counted() {
+    assert_eq!(asked_bytes(|| drop(std::hint::black_box(vec![1_u8; 1000]))), 1000);
+}
+
+/// What decoding `bytes` as a message asks for; it must be refused.
+macro_rules! asked_to_refuse {
+    ($message:ty, $limit:expr, $bytes:expr) => {{
+        let bytes = $bytes;
+        asked_bytes(|| assert!(protocol::decode::<{ $limit }, $message>(&bytes).is_err()))
+    }};
+}
+
+#[test]
+fn claimed_length_is_not_believed() {
+    for claimed in [1 << 16, 1 << 32, 1 << 60, u64::MAX] {
+        let claim = |before: &[u8]| [before, &eight_byte_number(claimed)].concat();
+        let asked = [
+            asked_to_refuse!(Greeting, CONTROL_MAX, claim(b"POTS\x01\x00")),
+            asked_to_refuse!(Hello, CONTROL_MAX, claim(&[])),
+            asked_to_refuse!(Notice, CONTROL_MAX, claim(&[0, 1, 0, 8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0])),
+            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 1])),
+            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0])),
+        ];
+        // one run is made before its steps are refused; nothing is taken for what is only claimed
+        assert!(asked.iter().all(|&bytes| bytes <= 64), "{claimed} elements claimed: {asked:?} bytes asked for");
+        // 2¹⁶ bytes are allowed in a keyframe, so they may be taken before they are missed
+        let of_keyframe = asked_to_refuse!(Keyframe, KEYFRAME_MAX, claim(&[0, 0, 0, 0]));
+        let allowed = if claimed <= KEYFRAME_MAX as u64 { claimed as usize } else { 0 };
+        assert!(of_keyframe <= allowed, "{claimed} bytes claimed: {of_keyframe} bytes asked for");
+    }
+}
+
+proptest! {
+    #[test]
+    fn bytes_of_chance_take_no_more_memory_than_allowed(bytes in bytes(1200)) {
+        prop_assert!(memory_to_decode(&bytes) <= MEMORY_MAX);
+    }
+
+    #[test]
+    fn damaged_message_takes_no_more_memory_than_allowed(
+        message in inputs(),
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+    ) {
+        let mut bytes = protocol::encode(&message);
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        prop_assert!(memory_to_decode(&bytes) <= MEMORY_MAX);
+    }
+
+    #[test]
+    fn frames_are_put_together_from_any_pieces(
+        messages in prop::collection::vec(bytes(300), 0..12),
+        cuts in prop::collection::vec(any::<prop::sample::Index>(), 0..40),
+    ) {
+        let stream: Vec<u8> = messages.iter().flat_map(|message| protocol::frame(message)).collect();
+        let mut cuts: Vec<_> = cuts.iter().map(|cut| cut.index(stream.len() + 1)).collect();
+        cuts.extend([0, stream.len()]);
+        cuts.sort_unstable();
+        let mut reader = FrameReader::default();
+        let mut found = Vec::new();
+        for piece in cuts.windows(2) {
+            reader.push(&stream[piece[0]..piece[1]]);
+            while let Some(message) = reader.next_frame().unwrap() {
+                found.push(message);
+            }
+        }
+        prop_assert_eq!(found, messages);
+    }
+
+    #[test]
+    fn frame_announced_too_long_is_refused_before_it_arrives(
+        length in CONTROL_MAX + 1..=usize::from(u16::MAX),
+        before in prop::option::of(bytes(20)),
+    ) {
+        let mut reader = FrameReader::default();
+        if let Some(message) = &before {
+            reader.push(&protocol::frame(message));
+        }
+        reader.push(&(length as u16).to_le_bytes());
+        if before.is_some() {
+            prop_assert_eq!(reader.next_frame(), Ok(before));
+        }
+        prop_assert_eq!(reader.next_frame(), Err(ProtocolError::TooLong { bytes: length, limit: CONTROL_MAX }));
+    }
+}
+
+#[test]
+fn longest_frame_passes() {
+    let message = vec![7; CONTROL_MAX];
+    let mut reader = FrameReader::default();
+    reader.push(&protocol::frame(&message));
+    assert_eq!(reader.next_frame(), Ok(Some(message)));
+    assert_eq!(reader.next_frame(), Ok(None));
+}
+
+fn join_code() -> impl Strategy<Value = JoinCode> {
+    any::<([u8; 5], [u8; 32])>().prop_map(|(random, certificate)| JoinCode::new(random, &certificate))
+}
+
+/// How people spell a code: in lower case, with other letters that look alike, with other gaps.
+fn spelled(code: &str, habits: &[u8]) -> String {
+    let habit = |at: usize| habits[at % habits.len()];
+    let letters = code.chars().enumerate().filter(|(at, character)| *character != '-' || habit(*at) % 2 == 0);
+    let alike = letters.map(|(at, character)| match (character, habit(at) % 5) {
+        ('1', 1) => 'I',
+        ('1', 2) => 'l',
+        ('1', 3) => 'i',
+        ('1', 4) => 'L',
+        ('0', 1 | 3) => 'O',
+        ('0', 2 | 4) => 'o',
+        ('-', 2 | 4) => ' ',
+        (other, 1 | 2) => other.to_ascii_lowercase(),
+        (other, _) => other,
+    });
+    alike.collect()
+}
+
+proptest! {
+    #[test]
+    fn join_code_is_read_as_printed(code in join_code()) {
+        let printed = code.to_string();
+        prop_assert_eq!(printed.len(), 24 + 5, "{}", printed);
+        prop_assert_eq!(printed.parse::<JoinCode>().unwrap(), code);
+    }
+
+    #[test]
+    fn join_code_without_a_server_is_read_as_printed(code in join_code()) {
+        let room: JoinCode = code.room().parse().unwrap();
+        prop_assert_eq!((room.room(), room.print()), (code.room(), None));
+        prop_assert_eq!(room.to_string().parse::<JoinCode>().unwrap(), room);
+    }
+
+    #[test]
+    fn join_code_is_read_however_it_is_spelled(code in join_code(), habits in prop::collection::vec(any::<u8>(), 1..30)) {
+        let printed = code.to_string();
+        let spelled = spelled(&printed, &habits);
+        prop_assert_eq!(spelled.parse::<JoinCode>().unwrap(), code.clone(), "{}", spelled);
+        let bare: String = printed.to_lowercase().replace('-', "");
+        prop_assert_eq!(bare.parse::<JoinCode>().unwrap(), code);
+    }
+
+    #[test]
+    fn wrong_character_is_refused_by_name(
+        code in join_code(),
+        at in any::<prop::sample::Index>(),
+        wrong in any::<char>().prop_filter("stands in a code", |wrong| {
+            !(wrong.is_ascii_alphanumeric() && !matches!(wrong, 'u' | 'U') || matches!(wrong, '-' | ' '))
+        }),
+    ) {
+        let mut characters: Vec<char> = code.to_string().chars().collect();
+        let at = at.index(characters.len());
+        characters[at] = wrong;
+        let text: String = characters.into_iter().collect();
+        let error = text.parse::<JoinCode>().unwrap_err();
+        prop_assert_eq!(error, JoinCodeError::Character(wrong));
+        prop_assert!(error.to_string().contains(&format!("'{wrong}'")), "{}", error);
+    }
+
+    #[test]
+    fn wrong_length_is_refused_with_the_length(length in (0_usize..60).prop_filter("sound", |&n| n != 8 && n != 24)) {
+        let error = "7".repeat(length).parse::<JoinCode>().unwrap_err();
+        prop_assert_eq!(error, JoinCodeError::Length(length));
+        prop_assert_eq!(error.to_string(), format!("a join code has 8 or 24 characters, this one has {length}"));
+    }
+}
+
+#[test]
+fn join_code_is_printed_in_fours_without_letters_that_look_alike() {
+    let code = JoinCode::new([0xff, 0x00, 0xff, 0x00, 0xff], &[0xa5; 32]);
+    assert_eq!(code.to_string(), "ZW0F-Y07Z-MPJT-B9D5-MPJT-B9D5");
+    assert_eq!(code.print(), Some(&[0xa5; 10]));
+}
