@@ -6,6 +6,7 @@
 
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use hdrhistogram::Histogram;
 use pottery_shared::haptics::Haptics;
 use pottery_shared::prediction::Hand;
@@ -32,6 +33,7 @@ pub struct HapticLoop {
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
+    felt: Felt,
     force_mn: Histogram<u64>,
 }
 
@@ -39,6 +41,13 @@ impl std::fmt::Debug for HapticLoop {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("HapticLoop").field("side", &self.side).finish_non_exhaustive()
     }
+}
+
+/// What the hand feels in a tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct Felt {
+    force_n: Vec3,
+    elements: u32,
 }
 
 /// What the thread measured.
@@ -70,7 +79,16 @@ impl HapticLoop {
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
         let hand = Hand::new(side.patches.read().clone());
         let haptics = Haptics::new(device.limits());
-        Self { device, hand, haptics, side, catching_up: false, last_stamp: None, force_mn: histogram(1_000_000) }
+        Self {
+            device,
+            hand,
+            haptics,
+            side,
+            catching_up: false,
+            last_stamp: None,
+            felt: Felt::default(),
+            force_mn: histogram(1_000_000),
+        }
     }
 
     /// The hand and its clay.
@@ -84,29 +102,32 @@ impl HapticLoop {
         let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.side.status.note_tool(reported);
-        let mut elements = 0;
-        let mut force = glam::Vec3::ZERO;
-        let is_new = self.last_stamp.is_none_or(|last| stamp > last);
-        if let Some(centre) = self.haptics.accept(reported)
-            && is_new
-        {
-            let sample = ToolSample { tick: stamp, tool: self.device.tool(), centre };
-            self.last_stamp = Some(stamp);
-            if self.side.samples.push(sample).is_err() {
-                self.side.status.note_lost_sample();
-            } else {
-                let contact = self.hand.press(&sample);
-                elements = contact.elements;
-                force = self.haptics.render(contact.force_n);
+        match self.haptics.accept(reported) {
+            Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
+                self.last_stamp = Some(stamp);
+                self.felt = self.press(ToolSample { tick: stamp, tool: self.device.tool(), centre });
             }
+            // the lead went back by a tick: what was felt then is felt on
+            Some(_) => {}
+            None => self.felt = Felt::default(),
         }
-        self.device.set_force(force);
-        let newtons = force.length();
-        if elements > 0 {
+        self.device.set_force(self.felt.force_n);
+        let newtons = self.felt.force_n.length();
+        if self.felt.elements > 0 {
             self.force_mn.saturating_record((newtons * 1e3) as u64);
         }
-        self.side.status.note_tick(newtons, elements, self.haptics.fault());
+        self.side.status.note_tick(newtons, self.felt.elements, self.haptics.fault());
         self.catch_up();
+    }
+
+    /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
+    fn press(&mut self, sample: ToolSample) -> Felt {
+        if self.side.samples.push(sample).is_err() {
+            self.side.status.note_lost_sample();
+            return Felt::default();
+        }
+        let contact = self.hand.press(&sample);
+        Felt { force_n: self.haptics.render(contact.force_n), elements: contact.elements }
     }
 
     fn catch_up(&mut self) {
@@ -142,7 +163,7 @@ impl HapticLoop {
             missed_ticks += due.saturating_sub(local);
             local = due.max(local) + 1;
         }
-        self.device.set_force(glam::Vec3::ZERO);
+        self.device.set_force(Vec3::ZERO);
         HapticReport {
             ticks: self.side.status.ticks(),
             late_ticks: self.side.status.late_ticks(),

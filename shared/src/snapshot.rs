@@ -2,8 +2,8 @@
 //!
 //! Knows no connection: who gets which bytes is the room's affair. Snapshots form one chain a wheel: version n is
 //! version n − 1 plus one delta, encoded once for everybody.
-//! Invariant: at a snapshot the authoritative radii are exact multiples of the quantum, so that author and
-//! replica hold the same clay, bit for bit.
+//! Invariant: at a snapshot the authoritative radii are those of their quantum steps (kept within the surface's bounds),
+//! so that author and replica hold the same clay, bit for bit.
 
 mod author;
 mod coder;
@@ -40,7 +40,7 @@ impl SnapshotClock {
     pub const PER_SECOND: u64 = 60;
 
     const fn count(tick: Tick) -> u64 {
-        (tick.0 + 1) * Self::PER_SECOND / Tick::PER_SECOND
+        tick.0.saturating_add(1).saturating_mul(Self::PER_SECOND) / Tick::PER_SECOND
     }
 
     /// Whether a snapshot is taken at the end of a tick.

@@ -11,6 +11,10 @@ use pottery_client::stroke::StrokeRecorder;
 pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::Result<()> {
     let Some(recording) = recording.filter(|recording| !recording.is_empty()) else {
         println!("nothing was recorded: the tool was never in hand");
+        // the empty file that showed it could be written
+        if std::fs::metadata(path).is_ok_and(|file| file.len() == 0) {
+            std::fs::remove_file(path)?;
+        }
         return Ok(());
     };
     let mut bytes = Vec::new();

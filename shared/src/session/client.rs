@@ -115,6 +115,10 @@ impl Client {
         };
         let pot = pot_of(&welcome).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
         let replica = Replica::new(pot);
+        // a room that has been open for thousands of years is none
+        if welcome.now > 1 << 48 {
+            return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into());
+        }
         let now = Tick(welcome.now);
         let changed = Touched::none(replica.pot().surfaces().iter().map(crate::clay::Surface::shape));
         let ahead = round_trip.as_millis() as u64 + 25;

@@ -1,0 +1,383 @@
+//! The programs as a newcomer runs them: command lines, files, windows and sentences.
+//!
+//! Runs the real binaries; the window is real too, on a virtual display.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// The program of that name, built as the whole workspace is, so that nothing is compiled twice.
+fn program(name: &str) -> PathBuf {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    BUILT.get_or_init(|| {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let built = Command::new(cargo)
+            .args(["build", "--workspace", "--bins", "--locked"])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    });
+    // this test lies in the same folder, one deeper
+    let mut path = std::env::current_exe().unwrap();
+    path.pop();
+    path.pop();
+    path.join(name)
+}
+
+/// An empty folder of the test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("pottery-{name}-{}", std::process::id()));
+    if folder.exists() {
+        fs::remove_dir_all(&folder).unwrap();
+    }
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn headless(out: &Path, arguments: &[&str]) -> Output {
+    Command::new(program("pottery-studio"))
+        .arg("--headless")
+        .arg("--out")
+        .arg(out)
+        .args(arguments)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap()
+}
+
+/// What a person reads, when the run failed as it should.
+fn sentence(output: &Output) -> String {
+    assert!(!output.status.success(), "it was meant to fail");
+    let text = String::from_utf8(output.stderr.clone()).unwrap();
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+fn session(out: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(out.join("session.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn scripted_potters_leave_a_picture_a_solid_and_figures_that_agree() {
+    let out = folder("headless");
+    let output = headless(&out, &["--potters", "2", "--seconds", "2.5"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    let session = session(&out);
+    assert_eq!(session["schema"], 1);
+    assert_eq!(session["elements"], 144_000);
+    assert_eq!(session["potters"], 2);
+    let digests = session["digest"]["clients"].as_array().unwrap();
+    assert_eq!(digests.len(), 2);
+    assert!(digests.iter().all(|digest| *digest == session["digest"]["server"]), "{session}");
+    assert!(session["pressed_volume_mm3"].as_f64().unwrap() > 100.0, "{session}");
+    assert!(session["haptic"]["ticks"].as_u64().unwrap() > 2_000, "{session}");
+    assert!(session["haptic"]["force_n"]["max"].as_f64().unwrap() > 0.01, "{session}");
+    for key in ["p50", "p99", "p999", "max"] {
+        assert!(session["haptic"]["period_us"][key].is_number() && session["haptic"]["step_us"][key].is_number());
+    }
+    for key in ["down_bytes_per_s_per_client", "up_bytes_per_s_per_client"] {
+        assert!(session["network"][key].as_f64().unwrap() > 100.0, "{session}");
+    }
+    assert!(session["prediction_error_mm"]["max"].is_number() && session["network"]["rtt_ms"]["p50"].is_number());
+
+    let solid = stl_io::read_stl(&mut fs::File::open(out.join("pot.stl")).unwrap()).unwrap();
+    solid.validate().expect("every edge has two triangles");
+
+    let decoder = png::Decoder::new(BufReader::new(fs::File::open(out.join("pot.png")).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let picture = reader.next_frame(&mut pixels).unwrap();
+    let colours = picture.color_type.samples();
+    let is_clay = |pixel: &[u8]| i32::from(pixel[0]) - i32::from(pixel[2]) > 40;
+    let clay = pixels.chunks_exact(colours).filter(|pixel| is_clay(pixel)).count();
+    let share = clay as f64 / f64::from(picture.width * picture.height);
+    assert!((0.05..0.6).contains(&share), "clay covers {share:.2} of the picture");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn a_recorded_stroke_can_be_replayed() {
+    let out = folder("replay");
+    let recording = out.join("mine.csv");
+    let file = recording.to_str().unwrap();
+    let first = headless(&out, &["--potters", "1", "--seconds", "2", "--record", file]);
+    assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
+    let pressed = session(&out)["pressed_volume_mm3"].as_f64().unwrap();
+    let second = headless(&out, &["--potters", "1", "--seconds", "2", "--stroke", file]);
+    assert!(second.status.success(), "{}", String::from_utf8_lossy(&second.stderr));
+    let again = session(&out)["pressed_volume_mm3"].as_f64().unwrap();
+    // the wheel stands at another angle, and the last milliseconds fall inside or outside of the two seconds
+    assert!(pressed > 100.0 && (again / pressed - 1.0).abs() < 0.3, "{pressed} and {again} mm³");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn a_simulated_hand_is_pushed_back_and_the_clients_agree() {
+    let out = folder("hand");
+    let output = headless(&out, &["--potters", "1", "--seconds", "2", "--hand", "simulated", "--method", "original"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(session(&out)["pressed_volume_mm3"].as_f64().unwrap() > 10.0);
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn a_bad_stroke_names_its_line() {
+    let out = folder("bad-stroke");
+    let file = out.join("bad.csv");
+    fs::write(&file, "t_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.1,oops,0,50\n").unwrap();
+    let text = sentence(&headless(&out, &["--stroke", file.to_str().unwrap()]));
+    assert!(text.contains("line 3") && text.contains("bad.csv"), "{text}");
+    let text = sentence(&headless(&out, &["--stroke", "no-such-file.csv"]));
+    assert!(text.contains("no-such-file.csv"), "{text}");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_said_before_the_work() {
+    let out = folder("not-a-folder");
+    let file = out.join("file");
+    fs::write(&file, "").unwrap();
+    let begin = Instant::now();
+    let text = sentence(&headless(&file, &["--seconds", "60"]));
+    assert!(text.contains("--out"), "{text}");
+    assert!(begin.elapsed() < Duration::from_secs(30), "it worked first");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn without_a_graphics_driver_the_other_files_are_written_and_the_package_is_named() {
+    let out = folder("no-driver");
+    let output = Command::new(program("pottery-studio"))
+        .args(["--headless", "--potters", "1", "--seconds", "1", "--out"])
+        .arg(&out)
+        .env_remove("DISPLAY")
+        .env("WGPU_BACKEND", "vulkan")
+        .env("VK_DRIVER_FILES", "/nonexistent.json")
+        .env("VK_ICD_FILENAMES", "/nonexistent.json")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("mesa-vulkan-drivers"), "{text}");
+    assert!(out.join("pot.stl").exists() && out.join("session.json").exists() && !out.join("pot.png").exists());
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn a_port_in_use_is_one_sentence() {
+    let taken = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let out = folder("port");
+    let text = sentence(&headless(&out, &["--listen", &address]));
+    assert!(text.contains(&address) && text.contains("--listen"), "{text}");
+    let server = Command::new(program("pottery-server")).args(["--listen", &address]).output().unwrap();
+    assert!(sentence(&server).contains(&address));
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused_with_their_range() {
+    let out = folder("settings");
+    let server =
+        |arguments: &[&str]| sentence(&Command::new(program("pottery-server")).args(arguments).output().unwrap());
+    assert!(server(&["--wheels", "0"]).contains("wheels"), "no wheels");
+    assert!(server(&["--code", "CODE"]).contains("8 or 24"), "short code");
+    let config = out.join("server.toml");
+    for (text, said) in [
+        ("columns = 0\n", "8 x 4"),
+        ("columns = 4000\nrows = 4000\n", "at most"),
+        ("radius_mm = nan\n", "radius"),
+        ("wheel_rpm = 1e9\n", "rpm"),
+        ("method = \"magic\"\n", "magic"),
+        ("wheel = 3\n", "unknown field"),
+    ] {
+        fs::write(&config, text).unwrap();
+        let sentence = server(&["--config", config.to_str().unwrap()]);
+        assert!(sentence.contains(said), "{text}: {sentence}");
+    }
+    assert!(server(&["--config", "no-such.toml"]).contains("no-such.toml"));
+    assert!(sentence(&headless(&out, &["--seconds", "-1"])).contains("0.5"));
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn the_server_ends_well_on_a_signal() {
+    for signal in ["-TERM", "-INT"] {
+        let mut server = Command::new(program("pottery-server"))
+            .args(["--listen", "127.0.0.1:0", "--wheels", "2", "--code", "K7QM-3XPD"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(server.stdout.take().unwrap()).lines();
+        assert!(lines.next().unwrap().unwrap().contains("127.0.0.1:"));
+        assert!(lines.next().unwrap().unwrap().contains("K7QM-3XPD-"));
+        assert!(Command::new("kill").args([signal, &server.id().to_string()]).status().unwrap().success());
+        let status = wait(&mut server, Duration::from_secs(5));
+        assert!(status.success(), "{signal}: {status}");
+    }
+}
+
+fn wait(child: &mut Child, patience: Duration) -> std::process::ExitStatus {
+    let deadline = Instant::now() + patience;
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status;
+        }
+        if Instant::now() > deadline {
+            child.kill().unwrap();
+            panic!("the program did not end within {patience:?}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A virtual display with the programs that work on it; ends with the value.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn new() -> Self {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the window's test needs Xvfb (Debian: apt-get install xvfb xdotool imagemagick)");
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        Self { server, name: format!(":{}", number.trim()) }
+    }
+
+    fn run(&self, program: &str, arguments: &[&str]) -> String {
+        let output = Command::new(program).args(arguments).env("DISPLAY", &self.name).output();
+        let output = output.unwrap_or_else(|error| panic!("{program}: {error} (Debian: apt-get install {program})"));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    fn studio(&self, arguments: &[&str]) -> Child {
+        Command::new(program("pottery-studio"))
+            .args(arguments)
+            .env("DISPLAY", &self.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    /// Waits until a window besides `known` is there.
+    fn window(&self, known: &[String]) -> String {
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while Instant::now() < deadline {
+            let found = self.run("xdotool", &["search", "--name", "Pottery studio"]);
+            if let Some(window) = found.lines().find(|window| !known.iter().any(|known| known == window)) {
+                return window.to_owned();
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        panic!("no window appeared");
+    }
+
+    /// RGB pixels of the whole display, 1000 × 700.
+    fn pixels(&self) -> Vec<u8> {
+        let output = Command::new("import")
+            .args(["-window", "root", "-depth", "8", "rgb:-"])
+            .env("DISPLAY", &self.name)
+            .output()
+            .expect("the window's test needs imagemagick");
+        assert_eq!(output.stdout.len(), 1000 * 700 * 3, "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        drop(self.server.kill());
+        drop(self.server.wait());
+    }
+}
+
+fn text_of(mut stream: impl Read) -> String {
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    text
+}
+
+#[test]
+fn two_windows_share_a_pot_that_the_mouse_presses() {
+    let out = folder("window");
+    let recording = out.join("mine.csv");
+    let display = Display::new();
+    let mut host = display.studio(&["--listen", "127.0.0.1:0", "--record", recording.to_str().unwrap()]);
+    let mut lines = BufReader::new(host.stdout.take().unwrap()).lines();
+    let invitation = lines.next().unwrap().unwrap();
+    let join: Vec<&str> = invitation.split_once("pottery-studio ").unwrap().1.split(' ').collect();
+    let host_window = display.window(&[]);
+    let mut guest = display.studio(&join);
+    let guest_window = display.window(std::slice::from_ref(&host_window));
+    for (window, x) in [(&host_window, "0"), (&guest_window, "500")] {
+        display.run("xdotool", &["windowsize", "--sync", window, "500", "700"]);
+        display.run("xdotool", &["windowmove", "--sync", window, x, "0"]);
+    }
+    display.run("xdotool", &["windowfocus", &host_window]);
+    std::thread::sleep(Duration::from_secs(1));
+    let before = display.pixels();
+    // the middle of the host's pot, held for three turns of the wheel
+    display.run("xdotool", &["mousemove", "250", "380"]);
+    std::thread::sleep(Duration::from_millis(700));
+    display.run("xdotool", &["mousedown", "1"]);
+    std::thread::sleep(Duration::from_secs(3));
+    display.run("xdotool", &["mouseup", "1", "mousemove", "250", "20"]);
+    std::thread::sleep(Duration::from_millis(1500));
+    let after = display.pixels();
+    display.run("xdotool", &["windowfocus", &guest_window, "key", "Escape"]);
+    let status = wait(&mut guest, Duration::from_secs(10));
+    assert!(status.success(), "{}", text_of(guest.stderr.take().unwrap()));
+    display.run("xdotool", &["windowfocus", &host_window, "key", "Escape"]);
+    let status = wait(&mut host, Duration::from_secs(10));
+    assert!(status.success(), "{}", text_of(host.stderr.take().unwrap()));
+
+    // the guest saw the groove that the host pressed: pixels of its pot at the tool's height changed
+    let changed = |from: usize, to: usize| {
+        let mut count = 0;
+        for y in 330..430 {
+            for x in from..to {
+                let at = (y * 1000 + x) * 3;
+                count += usize::from(before[at].abs_diff(after[at]) > 24);
+            }
+        }
+        count
+    };
+    let (hosts, guests) = (changed(150, 350), changed(650, 850));
+    assert!(hosts > 300, "{hosts} pixels of the host's pot changed");
+    assert!(guests > 300, "{guests} pixels of the guest's pot changed");
+    let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
+    assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn joining_what_is_not_there_is_one_sentence() {
+    let display = Display::new();
+    let closed = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let mut studio = display.studio(&["join", &closed, "--code", "K7QM-3XPD"]);
+    let status = wait(&mut studio, Duration::from_secs(20));
+    let text = text_of(studio.stderr.take().unwrap());
+    assert!(!status.success() && text.contains("no studio answers") && text.contains(&closed), "{text}");
+    let mut studio = display.studio(&["join", "no.such.host.invalid", "--code", "K7QM-3XPD"]);
+    let status = wait(&mut studio, Duration::from_secs(20));
+    let text = text_of(studio.stderr.take().unwrap());
+    assert!(!status.success() && text.contains("no.such.host.invalid"), "{text}");
+}
