@@ -145,10 +145,9 @@ fn a_folder_that_cannot_be_written_is_said_before_the_work() {
     let out = folder("not-a-folder");
     let file = out.join("file");
     fs::write(&file, "").unwrap();
-    let begin = Instant::now();
-    let text = sentence(&headless(&file, &["--seconds", "60"]));
+    // if it worked first, it would work for a day
+    let text = sentence(&headless(&file, &["--seconds", "86400"]));
     assert!(text.contains("--out"), "{text}");
-    assert!(begin.elapsed() < Duration::from_secs(30), "it worked first");
     fs::remove_dir_all(out).unwrap();
 }
 
@@ -204,7 +203,7 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
         assert!(sentence.contains(said), "{text}: {sentence}");
     }
     assert!(server(&["--config", "no-such.toml"]).contains("no-such.toml"));
-    assert!(sentence(&headless(&out, &["--seconds", "-1"])).contains("0.5"));
+    assert!(sentence(&headless(&out, &["--seconds=0"])).contains("0.5"));
     fs::remove_dir_all(out).unwrap();
 }
 

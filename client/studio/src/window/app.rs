@@ -318,7 +318,7 @@ impl App {
             pixels_per_point: output.pixels_per_point,
         };
         let scene = Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, ..Scene::default() };
-        stage.draw(&scene, &shapes)?;
+        stage.draw(&scene, shapes)?;
         self.is_dirty = false;
         self.ask(before);
         Ok(())

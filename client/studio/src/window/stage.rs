@@ -82,12 +82,15 @@ impl Stage {
 
     /// Draws one picture; what cannot be drawn now is drawn next time.
     #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
-    pub(super) fn draw(&mut self, scene: &Scene<'_>, shapes: &PanelShapes) -> anyhow::Result<()> {
+    pub(super) fn draw(&mut self, scene: &Scene<'_>, mut shapes: PanelShapes) -> anyhow::Result<()> {
         for (id, deltas) in &shapes.textures.set {
             for delta in deltas {
                 self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
             }
         }
+        let free: Vec<_> = shapes.textures.free.iter().copied().collect();
+        // all is taken care of, whether a picture comes of it or not
+        shapes.textures.clear();
         if let Some(texture) = self.next_texture()? {
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
             let size = (texture.texture.width(), texture.texture.height());
@@ -117,7 +120,7 @@ impl Stage {
             self.window.pre_present_notify();
             queue.present(texture);
         }
-        for id in &shapes.textures.free {
+        for id in &free {
             self.panel.free_texture(id);
         }
         Ok(())
