@@ -1,104 +1,23 @@
-//! Connections: accepted, read into events, written from bounded queues.
+//! Connections: accepted, read into events, written from their queues.
 //!
-//! Knows no room: turns bytes of streams into frames and hands them on.
+//! Knows no room: turns the bytes of streams into frames and hands them on.
 //! One type, `web_transport_quinn::Session`, carries every connection: today native QUIC, later browsers as well.
-//! Invariant: whatever a peer does, it holds at most one queue of [`CONTROL_QUEUE`] frames and [`KEYFRAMES_MAX`]
-//! keyframes.
+//! Invariant: a connection that ends, however it does, is reported as gone.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use bytes::Bytes;
 use pottery_shared::protocol::FrameReader;
 use pottery_shared::room::PeerId;
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::mpsc;
 use web_transport_quinn::{RecvStream, SendStream, Session};
 
-use crate::ticking::Event;
+use crate::event::Event;
+use crate::link::{Link, Outgoing};
 
-/// Control frames that may wait for a slow peer.
-const CONTROL_QUEUE: usize = 256;
-/// Keyframes that may be under way to one peer.
-const KEYFRAMES_MAX: usize = 2;
 /// A peer that has said nothing by then did not mean to join.
 const GREETING_WITHIN: Duration = Duration::from_secs(5);
 /// Time in which a peer takes in the last frames.
 const GOODBYE_WITHIN: Duration = Duration::from_millis(800);
-
-enum Outgoing {
-    Frame(Vec<u8>),
-    Finish,
-}
-
-/// The room's side of a connection.
-#[derive(Debug)]
-pub(crate) struct Link {
-    session: Session,
-    control: mpsc::Sender<Outgoing>,
-    keyframes: Arc<Semaphore>,
-    dropped: AtomicU64,
-}
-
-impl std::fmt::Debug for Outgoing {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Frame(bytes) => write!(f, "Frame({} bytes)", bytes.len()),
-            Self::Finish => f.write_str("Finish"),
-        }
-    }
-}
-
-impl Link {
-    /// Sends now or never; an oversized one is dropped and counted, since the path has shrunk.
-    pub(crate) fn send_datagram(&self, bytes: Bytes) -> bool {
-        if bytes.len() > self.session.max_datagram_size() || self.session.send_datagram(bytes).is_err() {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
-        true
-    }
-
-    /// Queues a frame; false when the peer takes nothing in.
-    pub(crate) fn send_control(&self, frame: Vec<u8>) -> bool {
-        self.control.try_send(Outgoing::Frame(frame)).is_ok()
-    }
-
-    /// Ends the connection once the queued frames are through; false when the queue is full.
-    pub(crate) fn finish(&self) -> bool {
-        self.control.try_send(Outgoing::Finish).is_ok()
-    }
-
-    /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.
-    pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) -> bool {
-        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_owned() else { return true };
-        let session = self.session.clone();
-        tokio::spawn(async move {
-            let _permit = permit;
-            let sent = async {
-                let mut stream = session.open_uni().await?;
-                stream.set_priority(-1)?;
-                stream.write_all(&bytes).await?;
-                stream.finish()?;
-                stream.stopped().await?;
-                Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
-            };
-            if let Err(error) = sent.await {
-                tracing::debug!(%error, "a keyframe did not get through");
-            }
-        });
-        true
-    }
-
-    /// Ends the connection at once.
-    pub(crate) fn drop_connection(&self) {
-        self.session.close(1, b"too slow");
-    }
-
-    /// Resolves when the connection has ended.
-    pub(crate) async fn closed(&self) {
-        self.session.closed().await;
-    }
-}
 
 /// Accepts connections until the endpoint closes.
 pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event>) {
@@ -128,13 +47,7 @@ async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>) {
     let Ok(Ok((send, receive))) = tokio::time::timeout(GREETING_WITHIN, session.accept_bi()).await else {
         return session.close(2, b"no greeting");
     };
-    let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
-    let link = Link {
-        session: session.clone(),
-        control,
-        keyframes: Arc::new(Semaphore::new(KEYFRAMES_MAX)),
-        dropped: AtomicU64::new(0),
-    };
+    let (link, outgoing) = Link::new(session.clone());
     if events.send(Event::Connected(peer, Box::new(link))).await.is_err() {
         return;
     }

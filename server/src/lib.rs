@@ -6,6 +6,8 @@
 mod certificate;
 mod config;
 mod connection;
+mod event;
+mod link;
 mod server;
 mod ticking;
 mod transport;

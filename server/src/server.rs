@@ -12,7 +12,8 @@ use pottery_shared::room::{Room, RoomConfig, RoomCounts};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
-use crate::ticking::{Event, Ticking};
+use crate::event::Event;
+use crate::ticking::Ticking;
 use crate::{Certificate, ConfigError, ServerConfig, connection, transport};
 
 /// Why a server does not run.
@@ -59,6 +60,8 @@ pub struct Standing {
     pub pots: Vec<Pot>,
     /// What the room counted.
     pub counts: RoomCounts,
+    /// Datagrams that a connection could not take at once.
+    pub dropped_datagrams: u64,
     /// Times the tick fell behind by more than a snapshot's period.
     pub late: u64,
 }
@@ -152,7 +155,19 @@ impl Server {
         if tokio::time::timeout(Duration::from_secs(2), self.endpoint.wait_idle()).await.is_err() {
             tracing::debug!("some peers did not confirm the end");
         }
+        drop(self.endpoint);
+        if tokio::time::timeout(Duration::from_secs(1), port_is_free(self.address)).await.is_err() {
+            tracing::warn!(address = %self.address, "the port is still taken");
+        }
         tracing::info!("the studio is closed");
+    }
+}
+
+/// Resolves once nothing listens there: quinn's driver lets go of the socket some time after the endpoint is dropped.
+async fn port_is_free(address: SocketAddr) {
+    let is_taken = |error: std::io::Error| error.kind() == std::io::ErrorKind::AddrInUse;
+    while std::net::UdpSocket::bind(address).is_err_and(is_taken) {
+        tokio::time::sleep(Duration::from_millis(1)).await;
     }
 }
 

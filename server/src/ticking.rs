@@ -8,28 +8,12 @@ use std::time::Duration;
 
 use pottery_shared::room::{Lane, PeerId, Room};
 use pottery_shared::units::Tick;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::Standing;
-use crate::connection::Link;
-
-/// What reaches the room.
-#[derive(Debug)]
-pub(crate) enum Event {
-    /// A connection has opened its control stream.
-    Connected(PeerId, Box<Link>),
-    /// A control frame.
-    Control(PeerId, Vec<u8>),
-    /// A datagram.
-    Datagram(PeerId, bytes::Bytes),
-    /// A connection has ended.
-    Gone(PeerId),
-    /// Somebody asks how things stand.
-    Standing(oneshot::Sender<Standing>),
-    /// Close.
-    Stop,
-}
+use crate::event::Event;
+use crate::link::Link;
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
@@ -46,11 +30,13 @@ pub(crate) struct Ticking {
     links: BTreeMap<PeerId, Box<Link>>,
     started: Instant,
     late: u64,
+    /// Datagrams dropped for people who have left.
+    dropped: u64,
 }
 
 impl Ticking {
     pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>) -> Self {
-        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0 }
+        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0, dropped: 0 }
     }
 
     /// Runs until it is told to stop or nobody can tell it anything any more.
@@ -98,7 +84,7 @@ impl Ticking {
             Event::Control(peer, frame) => self.room.handle_control(peer, &frame),
             Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),
             Event::Gone(peer) => {
-                self.links.remove(&peer);
+                self.dropped += self.links.remove(&peer).map_or(0, |link| link.dropped());
                 self.room.handle_gone(peer);
             }
             Event::Standing(answer) => {
@@ -119,6 +105,7 @@ impl Ticking {
             pots: wheels.filter_map(|wheel| self.room.pot(wheel).cloned()).collect(),
             counts: self.room.counts(),
             late: self.late,
+            dropped_datagrams: self.dropped + self.links.values().map(|link| link.dropped()).sum::<u64>(),
         }
     }
 

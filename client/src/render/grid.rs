@@ -8,10 +8,7 @@ use wgpu::util::DeviceExt;
 
 use super::frame::SkinUniform;
 use super::mesh::Stride;
-use super::pipelines::{Layouts, Pipelines};
-
-/// Format of the relief map: filtered by WebGL2 as well, a slope of 1 to 0.1 %.
-pub(super) const RELIEF_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+use super::pipelines::{Layouts, Pipelines, RELIEF_FORMAT};
 
 /// Radii and relief of one surface.
 #[derive(Debug)]

@@ -3,9 +3,10 @@
 //! Owns the bind group layouts and every pipeline; knows no pot.
 //! Group 0 is the frame, group 1 a skin with its radii, group 2 the relief or the skin on the other side of the rim.
 
-use super::grid::RELIEF_FORMAT;
 use super::shader::{self, ShaderText};
 
+/// Format of the relief map: filtered by WebGL2 as well, a slope of 1 to 0.1 %.
+pub(super) const RELIEF_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Format of the depth buffer.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 

@@ -15,7 +15,7 @@ use pottery_client::{Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
 
 use crate::arguments::{HandKind, HeadlessSession};
-use crate::hosting::Studio;
+use crate::hosting::{self, Studio};
 use crate::record;
 use crate::report::SessionReport;
 
@@ -30,12 +30,7 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
         .with_context(|| format!("the folder {} cannot be made; choose another with --out", session.out.display()))?;
     let studio = Studio::open(session.server.clone())?;
     let untouched_m3 = studio.standing()?.pots[0].enclosed_volume_m3();
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(1)
-        .thread_name("network")
-        .enable_all()
-        .build()
-        .context("no thread for the network")?;
+    let runtime = hosting::runtime("network")?;
     let mut reports = runtime.block_on(work(session, &studio))?;
     let standing = studio.standing()?;
     let report = SessionReport::new(session.seconds, &reports, &standing, untouched_m3);

@@ -18,12 +18,7 @@ pub(crate) struct Studio {
 
 impl Studio {
     pub(crate) fn open(config: ServerConfig) -> anyhow::Result<Self> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .thread_name("server")
-            .enable_all()
-            .build()
-            .context("no thread for the server")?;
+        let runtime = runtime("server")?;
         let server = runtime.block_on(async { Server::start(config) })?;
         Ok(Self { runtime, server: Some(server) })
     }
@@ -59,6 +54,16 @@ impl Drop for Studio {
             self.runtime.block_on(server.stop());
         }
     }
+}
+
+/// A runtime with one thread of that name: server and network have one each, so that neither waits for the other.
+pub(crate) fn runtime(name: &'static str) -> anyhow::Result<Runtime> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name(name)
+        .enable_all()
+        .build()
+        .with_context(|| format!("no thread for the {name}"))
 }
 
 /// The address of the network that leads out of this machine; loopback when there is none. Sends nothing.

@@ -75,6 +75,7 @@ struct Digests {
 struct ServerFigures {
     ticks: u64,
     late: u64,
+    dropped_datagrams: u64,
     refused_samples: RefusedSamples,
 }
 
@@ -150,6 +151,7 @@ impl SessionReport {
             server: ServerFigures {
                 ticks: server.ticks,
                 late: server.late,
+                dropped_datagrams: server.dropped_datagrams,
                 refused_samples: RefusedSamples {
                     malformed: refusals.malformed,
                     out_of_workspace: refusals.out_of_workspace,

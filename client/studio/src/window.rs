@@ -14,7 +14,7 @@ use pottery_client::{Potter, PotterOptions};
 use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WindowSession};
-use crate::hosting::Studio;
+use crate::hosting::{self, Studio};
 use crate::record;
 use app::App;
 use panel::Invitation;
@@ -52,12 +52,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     } else if target.code.print().is_none() {
         println!("note: this short code does not say which server it belongs to; the long one is safer");
     }
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(1)
-        .thread_name("network")
-        .enable_all()
-        .build()
-        .context("no thread for the network")?;
+    let runtime = hosting::runtime("network")?;
     let (asked, device) = pointer();
     let potter = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;

@@ -1,0 +1,26 @@
+//! What reaches the task that owns the room.
+//!
+//! Invariant: of one peer, `Connected` comes first and `Gone` last.
+
+use pottery_shared::room::PeerId;
+use tokio::sync::oneshot;
+
+use crate::Standing;
+use crate::link::Link;
+
+/// What reaches the room.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// A connection has opened its control stream.
+    Connected(PeerId, Box<Link>),
+    /// A control frame.
+    Control(PeerId, Vec<u8>),
+    /// A datagram.
+    Datagram(PeerId, bytes::Bytes),
+    /// A connection has ended.
+    Gone(PeerId),
+    /// Somebody asks how things stand.
+    Standing(oneshot::Sender<Standing>),
+    /// Close.
+    Stop,
+}

@@ -1,0 +1,105 @@
+//! The room's side of a connection: bounded queues out of the tick.
+//!
+//! Never waits: what a connection cannot take at once is dropped (datagrams, keyframes) or ends it (control frames).
+//! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames and [`KEYFRAMES_MAX`] keyframes.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bytes::Bytes;
+use tokio::sync::{Semaphore, mpsc};
+use web_transport_quinn::Session;
+
+/// Control frames that may wait for a slow peer.
+const CONTROL_QUEUE: usize = 256;
+/// Keyframes that may be under way to one peer.
+const KEYFRAMES_MAX: usize = 2;
+
+/// What waits for the control stream.
+pub(crate) enum Outgoing {
+    /// A frame, its length before it.
+    Frame(Vec<u8>),
+    /// Nothing comes after this.
+    Finish,
+}
+
+impl std::fmt::Debug for Outgoing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Frame(bytes) => write!(f, "Frame({} bytes)", bytes.len()),
+            Self::Finish => f.write_str("Finish"),
+        }
+    }
+}
+
+/// The room's side of a connection.
+#[derive(Debug)]
+pub(crate) struct Link {
+    session: Session,
+    control: mpsc::Sender<Outgoing>,
+    keyframes: Arc<Semaphore>,
+    dropped: AtomicU64,
+}
+
+impl Link {
+    /// A link and the frames that are to be written to the control stream.
+    pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
+        let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
+        let keyframes = Arc::new(Semaphore::new(KEYFRAMES_MAX));
+        (Self { session, control, keyframes, dropped: AtomicU64::new(0) }, outgoing)
+    }
+
+    /// Datagrams that could not be sent.
+    pub(crate) fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Sends now or never; an oversized one is dropped and counted, since the path has shrunk.
+    pub(crate) fn send_datagram(&self, bytes: Bytes) -> bool {
+        if bytes.len() > self.session.max_datagram_size() || self.session.send_datagram(bytes).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Queues a frame; false when the peer takes nothing in.
+    pub(crate) fn send_control(&self, frame: Vec<u8>) -> bool {
+        self.control.try_send(Outgoing::Frame(frame)).is_ok()
+    }
+
+    /// Ends the connection once the queued frames are through; false when the queue is full.
+    pub(crate) fn finish(&self) -> bool {
+        self.control.try_send(Outgoing::Finish).is_ok()
+    }
+
+    /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.
+    pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) -> bool {
+        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_owned() else { return true };
+        let session = self.session.clone();
+        tokio::spawn(async move {
+            let _permit = permit;
+            let sent = async {
+                let mut stream = session.open_uni().await?;
+                stream.set_priority(-1)?;
+                stream.write_all(&bytes).await?;
+                stream.finish()?;
+                stream.stopped().await?;
+                Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
+            };
+            if let Err(error) = sent.await {
+                tracing::debug!(%error, "a keyframe did not get through");
+            }
+        });
+        true
+    }
+
+    /// Ends the connection at once.
+    pub(crate) fn drop_connection(&self) {
+        self.session.close(1, b"too slow");
+    }
+
+    /// Resolves when the connection has ended.
+    pub(crate) async fn closed(&self) {
+        self.session.closed().await;
+    }
+}
