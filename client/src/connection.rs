@@ -88,7 +88,8 @@ async fn resolve(target: &Target) -> Result<SocketAddr, JoinError> {
     if let Ok(known) = address.parse::<SocketAddr>() {
         return Ok(known);
     }
-    let with_port = match address.trim_matches(['[', ']']).parse::<std::net::IpAddr>() {
+    let bare = address.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')).unwrap_or(address);
+    let with_port = match bare.parse::<std::net::IpAddr>() {
         Ok(ip) => return Ok(SocketAddr::new(ip, PORT)),
         Err(_) if address.contains(':') => address.to_owned(),
         Err(_) => format!("{address}:{PORT}"),

@@ -324,9 +324,15 @@ impl Worker {
 
 fn closed_or_lost(error: &web_transport_quinn::SessionError) -> Link {
     use quinn::ConnectionError as E;
+    use web_transport_quinn::{SessionError, WebTransportError};
     match error {
-        web_transport_quinn::SessionError::ConnectionError(E::ApplicationClosed(_) | E::LocallyClosed) => Link::Closed,
-        web_transport_quinn::SessionError::ConnectionError(E::TimedOut) => {
+        // a goodbye carries no code
+        SessionError::WebTransportError(WebTransportError::Closed(0, _))
+        | SessionError::ConnectionError(E::ApplicationClosed(_) | E::LocallyClosed) => Link::Closed,
+        SessionError::WebTransportError(WebTransportError::Closed(_, reason)) => {
+            Link::Lost(format!("the studio has ended the connection: {reason}"))
+        }
+        SessionError::ConnectionError(E::TimedOut) => {
             Link::Lost("the studio has not answered for 10 seconds; the connection is lost".into())
         }
         other => Link::Lost(format!("the connection is lost: {other}")),

@@ -4,6 +4,7 @@
 //! Invariant: each client reaches the server from a port of its own, so that the server can tell them apart.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -87,15 +88,17 @@ impl Forwarder {
         let mut packet = [0; PACKET_BYTES];
         loop {
             let (length, client) = self.socket.recv_from(&mut packet).await?;
-            if !upstreams.contains_key(&client) {
-                let upstream = Arc::new(UdpSocket::bind("127.0.0.1:0").await?);
-                upstream.connect(self.server).await?;
-                let up = Line::new(self.quality, self.dice.split());
-                let down = Line::new(self.quality, self.dice.split());
-                tasks.spawn(self.bring_down(Arc::clone(&upstream), client, down));
-                upstreams.insert(client, (upstream, up));
-            }
-            let Some((upstream, line)) = upstreams.get_mut(&client) else { continue };
+            let (upstream, line) = match upstreams.entry(client) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => {
+                    let upstream = Arc::new(UdpSocket::bind("127.0.0.1:0").await?);
+                    upstream.connect(self.server).await?;
+                    let up = Line::new(self.quality, self.dice.split());
+                    let down = Line::new(self.quality, self.dice.split());
+                    tasks.spawn(self.bring_down(Arc::clone(&upstream), client, down));
+                    new.insert((upstream, up))
+                }
+            };
             let before = *line.counts();
             for due in line.carry(self.began.elapsed(), length) {
                 let (upstream, bytes, at) = (Arc::clone(upstream), packet[..length].to_vec(), self.began + due);

@@ -64,7 +64,7 @@ impl Lead {
         self.offset += change;
         self.changed_at = now;
         // a small step back shows too little to be waited for
-        if change > 0 || change < -Self::BACK_MAX {
+        if !(-Self::BACK_MAX..=0).contains(&change) {
             self.stamped_from = next.wrapping_add(Self::ON_THE_WAY);
         }
     }
