@@ -129,6 +129,40 @@ fn a_simulated_hand_is_pushed_back_and_the_clients_agree() {
 }
 
 #[test]
+fn without_a_display_it_works_headless_and_says_so() {
+    let out = folder("no-display");
+    let output = Command::new(program("pottery-studio"))
+        .args(["--potters", "1", "--seconds", "1", "--out"])
+        .arg(&out)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && text.contains("headless"), "{text}");
+    assert!(out.join("session.json").exists());
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_session_writes_what_was_made() {
+    let out = folder("interrupted");
+    let mut studio = Command::new(program("pottery-studio"))
+        .args(["--headless", "--potters", "1", "--seconds", "3600", "--out"])
+        .arg(&out)
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(Command::new("kill").args(["-INT", &studio.id().to_string()]).status().unwrap().success());
+    assert!(wait(&mut studio, Duration::from_secs(30)).success());
+    assert!(out.join("session.json").exists() && out.join("pot.stl").exists());
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
 fn a_bad_stroke_names_its_line() {
     let out = folder("bad-stroke");
     let file = out.join("bad.csv");

@@ -86,7 +86,7 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
     Ok(reports)
 }
 
-/// Shows the passing time and who is touching, until the session's seconds are over.
+/// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted.
 async fn watch(seconds: f64, potters: &[Potter]) {
     let bar = ProgressBar::new((seconds * 10.0).round() as u64);
     let style = ProgressStyle::with_template("{bar:32.green} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -100,7 +100,15 @@ async fn watch(seconds: f64, potters: &[Potter]) {
             "{passed:.1} of {seconds:.1} s, {touching} of {} potters touch the clay",
             potters.len()
         ));
-        tokio::time::sleep(Duration::from_millis(100)).await;
+        tokio::select! {
+            () = tokio::time::sleep(Duration::from_millis(100)) => {}
+            interrupted = tokio::signal::ctrl_c() => {
+                if interrupted.is_ok() {
+                    bar.println("interrupted: what was made so far is written");
+                    break;
+                }
+            }
+        }
     }
     bar.finish_and_clear();
 }

@@ -8,6 +8,9 @@ mod hand;
 mod panel;
 mod stage;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use anyhow::Context;
 use pottery_client::device::pointer;
 use pottery_client::{Potter, PotterOptions};
@@ -59,7 +62,14 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         let options = PotterOptions { record: session.record.is_some() };
         Potter::join(&endpoint, &target, Box::new(device), options).await
     })?;
-    let mut app = App::new(potter, asked, invitation);
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    runtime.spawn(async move {
+        if tokio::signal::ctrl_c().await.is_ok() {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    let mut app = App::new(potter, asked, invitation, interrupted);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;

@@ -4,6 +4,7 @@
 //! Invariant: nothing is drawn while nothing changes.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
@@ -65,6 +66,8 @@ pub(super) struct App {
     is_dirty: bool,
     /// Until then the panel shows what was asked for, afterwards what is.
     next_settings_at: Instant,
+    /// Somebody wants the program to end from outside.
+    interrupted: Arc<AtomicBool>,
     failure: Option<anyhow::Error>,
 }
 
@@ -74,7 +77,12 @@ fn colour(client: u16) -> [f32; 3] {
 }
 
 impl App {
-    pub(super) fn new(potter: Potter, asked: triple_buffer::Input<Pointer>, invitation: Option<Invitation>) -> Self {
+    pub(super) fn new(
+        potter: Potter,
+        asked: triple_buffer::Input<Pointer>,
+        invitation: Option<Invitation>,
+        interrupted: Arc<AtomicBool>,
+    ) -> Self {
         let tool = Sphere::default();
         let view = potter.view().lock();
         let hand = Hand::new(&view.pot);
@@ -114,6 +122,7 @@ impl App {
             drawn_phase: Phase::default(),
             is_dirty: true,
             next_settings_at: Instant::now(),
+            interrupted,
             failure: None,
         }
     }
@@ -393,6 +402,9 @@ impl ApplicationHandler for App {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.interrupted.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
         let Some(stage) = &self.stage else { return };
         let frame = if stage.gpu().is_software() { FRAME_SOFTWARE } else { FRAME };
         let since = self.last_frame.elapsed();
