@@ -1,7 +1,7 @@
 //! Scenarios, network simulator and golden data of the pottery studio.
 //!
-//! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a [`proxy`]
-//! on real sockets. Knows nothing of clay.
+//! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
+//! [`proxy`] on real sockets. Knows nothing of clay.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod dice;

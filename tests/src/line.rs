@@ -34,8 +34,8 @@ impl BurstLoss {
 
     /// Probability of a burst `passed` after it was or was not one.
     ///
-    /// `p(t) = π + (s − π)·exp(−t/τ₁ − t/τ₂)`: π the share of bursts, s 1 in a burst and else 0, τ₁ and τ₂ the mean times of
-    /// burst and gap.
+    /// `p(t) = π + (s − π)·exp(−t/τ₁ − t/τ₂)`: π the share of bursts, s 1 in a burst and else 0, τ₁ and τ₂ the mean times
+    /// of burst and gap.
     fn probability(&self, was_in_burst: bool, passed: Duration) -> f64 {
         let share = self.share();
         let rates = 1.0 / self.lasts.as_secs_f64() + 1.0 / self.every.as_secs_f64();

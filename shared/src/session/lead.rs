@@ -1,8 +1,8 @@
 //! How far ahead of the server's time a client stamps its samples.
 //!
 //! Steered by the slack that the server reports; holds no clock.
-//! Invariant: the offset moves forward at once when samples come late, and back slowly when they wait; a change is judged
-//! only by samples that were made after it, so that a backlog cannot drive the offset away.
+//! Invariant: the offset moves forward at once when samples come late, and back slowly when they wait; a change is
+//! judged only by samples that were made after it, so that a backlog cannot drive the offset away.
 
 use core::time::Duration;
 
@@ -45,8 +45,8 @@ impl Lead {
         self.offset
     }
 
-    /// Takes in the worst slack of a pulse that acknowledges all samples below `acknowledged`, while `next` is the number
-    /// of the next sample.
+    /// Takes in the worst slack of a pulse that acknowledges all samples below `acknowledged`, while `next` is the
+    /// number of the next sample.
     pub fn handle_slack(&mut self, slack: i16, acknowledged: u32, next: u32, now: Duration) {
         if (acknowledged.wrapping_sub(self.stamped_from) as i32) < 0 {
             return;
