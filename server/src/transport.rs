@@ -3,7 +3,8 @@
 //! Owns sockets' and connections' settings, with the reason for each; knows no room.
 //! Invariant: memory a peer can make the transport hold is bounded.
 
-use std::net::SocketAddr;
+use std::io::ErrorKind;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -20,7 +21,7 @@ const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 /// # Errors
 /// [`ServerError::Bind`] when the address cannot be had.
 pub fn bind(address: SocketAddr) -> Result<std::net::UdpSocket, ServerError> {
-    let bound = || -> std::io::Result<std::net::UdpSocket> {
+    let bound = |address: SocketAddr| -> std::io::Result<std::net::UdpSocket> {
         let socket = Socket::new(Domain::for_address(address), Type::DGRAM, Some(Protocol::UDP))?;
         if address.is_ipv6() {
             socket.set_only_v6(false)?;
@@ -32,7 +33,20 @@ pub fn bind(address: SocketAddr) -> Result<std::net::UdpSocket, ServerError> {
         socket.bind(&address.into())?;
         Ok(socket.into())
     };
-    bound().map_err(|source| ServerError::Bind { address, source })
+    bound(address)
+        .or_else(|error| match error.kind() {
+            // a system without IPv6 still has all its IPv4 networks
+            ErrorKind::Unsupported | ErrorKind::AddrNotAvailable if address == on_all_networks(address.port()) => {
+                bound(SocketAddr::from((Ipv4Addr::UNSPECIFIED, address.port())))
+            }
+            _ => Err(error),
+        })
+        .map_err(|source| ServerError::Bind { address, source })
+}
+
+/// Every network of both kinds.
+fn on_all_networks(port: u16) -> SocketAddr {
+    SocketAddr::from((Ipv6Addr::UNSPECIFIED, port))
 }
 
 /// An endpoint that serves `certificate` on `socket`.

@@ -18,6 +18,7 @@ fn program(name: &str) -> PathBuf {
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         let built = Command::new(cargo)
             .args(["build", "--workspace", "--bins", "--locked"])
+            .args((!cfg!(debug_assertions)).then_some("--release"))
             .current_dir(&root)
             .output()
             .unwrap();
