@@ -19,8 +19,6 @@ const RING_SAMPLES: usize = 4096;
 pub struct Status {
     /// What to add to a local tick to get the tick to stamp; written by the network's side.
     tick_offset: AtomicI64,
-    /// The hand is to end; written by the owner.
-    stop: AtomicBool,
     /// The tool is to be lifted; written by the owner.
     lifted: AtomicBool,
     /// Force on the hand, N, as bits; written by the 1 kHz thread, as all that follows.
@@ -43,14 +41,6 @@ impl Status {
 
     pub(crate) fn set_tick_offset(&self, offset: i64) {
         self.tick_offset.store(offset, Ordering::Relaxed);
-    }
-
-    pub(crate) fn should_stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    pub(crate) fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
     }
 
     pub(crate) fn is_lifted(&self) -> bool {

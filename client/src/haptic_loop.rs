@@ -139,7 +139,7 @@ impl HapticLoop {
         }
     }
 
-    /// Ticks until it is told to stop; local tick n is due n milliseconds after `epoch`.
+    /// Ticks until the network's side is gone; local tick n is due n milliseconds after `epoch`.
     #[must_use]
     pub fn run(mut self, epoch: Instant) -> HapticReport {
         let mut period_ns = histogram(1_000_000_000);
@@ -147,7 +147,7 @@ impl HapticLoop {
         let mut missed_ticks = 0;
         let mut previous: Option<Instant> = None;
         let mut local = ticks_since(epoch) + 1;
-        while !self.side.status.should_stop() {
+        while !self.side.samples.is_abandoned() {
             let deadline = epoch + PERIOD * u32::try_from(local).unwrap_or(u32::MAX);
             wait_until(deadline);
             let begin = Instant::now();

@@ -1,7 +1,7 @@
 //! A person at a wheel: connection, hand and view in one.
 //!
 //! Owns the threads; everything they do is in `worker` and `haptic_loop`.
-//! Invariant: after `leave` the thread and the task have ended.
+//! Invariant: a hand's thread ends with its connection, and after `leave` both have ended.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -153,7 +153,6 @@ impl Potter {
             tracing::debug!("the worker had ended already");
         }
         let network = self.worker.await.map_err(|error| JoinError::Network { reason: error.to_string() })?;
-        self.status.stop();
         let hand = self.hand.take();
         let haptic = tokio::task::spawn_blocking(move || hand.and_then(|hand| hand.join().ok())).await.ok().flatten();
         let view = self.view.lock().clone();

@@ -69,7 +69,7 @@ pub enum Refusal {
     #[error("that is not the code of this studio; ask the person who hosts it")]
     Code,
     /// No such wheel.
-    #[error("there is no wheel {wheel} in this studio; choose one from 1 to {wheels}")]
+    #[error("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}")]
     Wheel {
         /// The wheel asked for.
         wheel: u16,
