@@ -177,7 +177,7 @@ impl Worker {
                     }
                     Arrival::StreamEnded => break Link::Closed,
                 },
-                command = self.commands.recv() => match command {
+                command = self.commands.recv(), if leaving.is_none() => match command {
                     Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
                     Some(Command::Viscosity(Seconds(seconds))) => self.session.request(&Request::Viscosity { seconds }),
                     Some(Command::Leave) | None => {
