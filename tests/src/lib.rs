@@ -4,7 +4,9 @@
 //! [`proxy`] on real sockets. Knows nothing of clay.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
+pub mod dent;
 pub mod dice;
 pub mod line;
 pub mod network;
 pub mod proxy;
+pub mod reference;

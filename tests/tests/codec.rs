@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::Vec3;
-use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Surface, Wheel};
 use pottery_shared::snapshot::{Author, Delta, Replica, SnapshotClock, SnapshotError, Touched, Version};
 use pottery_shared::tool::{Position, Sphere, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Tick};
@@ -71,6 +71,7 @@ fn press() -> impl Strategy<Value = Press> {
         centre_m: Vec3::new(distance_mm * angle_rad.cos(), distance_mm * angle_rad.sin(), z_mm) * 1e-3,
         turning: 1,
         response,
+        strength: Strength::default(),
     })
 }
 
@@ -216,7 +217,7 @@ proptest! {
         let centre_m = Vec3::new(0.062, 0.0, 0.1);
         let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
         let before = origin.pot.clone();
-        origin.press(&[Press { tool, centre_m, turning: 0, response }], MethodKind::Original);
+        origin.press(&[Press { tool, centre_m, turning: 0, response, strength: Strength::default() }], MethodKind::Original);
         prop_assert!(before != origin.pot, "nothing was pressed");
         prop_assert_eq!(origin.publish(), 0);
         prop_assert!(before == origin.pot, "the author keeps what the replicas do not have");
@@ -293,8 +294,16 @@ proptest! {
 fn every_truncation_of_a_delta_leaves_sound_clay() {
     let mut origin = Origin::new(small_spec());
     let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
-    origin
-        .press(&[Press { tool, centre_m: Vec3::new(0.07, 0.0, 0.1), turning: 1, response: 0.3 }], MethodKind::Improved);
+    origin.press(
+        &[Press {
+            tool,
+            centre_m: Vec3::new(0.07, 0.0, 0.1),
+            turning: 1,
+            response: 0.3,
+            strength: Strength::default(),
+        }],
+        MethodKind::Improved,
+    );
     assert!(origin.publish() > 20);
     let bytes = &origin.deltas[0].bytes;
     for length in 0..bytes.len() {

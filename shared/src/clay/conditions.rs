@@ -22,11 +22,13 @@ impl Conditions {
     /// The press that a sample makes, in the pot's frame at the sample's own tick.
     #[must_use]
     pub fn press(&self, sample: &ToolSample) -> Press {
+        let material = self.material.at(sample.tick);
         Press {
             tool: sample.tool,
             centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
             turning: self.wheel.rate(sample.tick).signum() as i8,
-            response: self.material.at(sample.tick).response(Tick::PERIOD),
+            response: material.response(Tick::PERIOD),
+            strength: material.strength,
         }
     }
 

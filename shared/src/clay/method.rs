@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{Footprint, ImprovedCsem, OriginalCsem, Press, Surface};
+use super::{Footprint, ImprovedCsem, OriginalCsem, PlasticCsem, Press, Surface};
 use crate::units::Seconds;
 
 /// What a press meets: the force on the tool and how much clay it touches.
@@ -20,11 +20,29 @@ pub struct Contact {
     pub penetration_m: f32,
 }
 
+/// How strong clay is, for the methods that ask.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strength {
+    /// Young's modulus E, Pa.
+    pub youngs_pa: f32,
+    /// Yield stress σ_y, Pa.
+    pub yield_pa: f32,
+}
+
+impl Default for Strength {
+    /// Clay for throwing: E = 2 MPa, σ_y = 40 kPa (an undrained strength of about 20 kPa).
+    fn default() -> Self {
+        Self { youngs_pa: 2e6, yield_pa: 40e3 }
+    }
+}
+
 /// How the clay answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// Time constant τ with which clay gives way to a tool.
     pub viscosity: Seconds,
+    /// How strong it is.
+    pub strength: Strength,
 }
 
 impl Material {
@@ -39,7 +57,8 @@ impl Material {
         if viscosity.0.is_nan() {
             return Self::default();
         }
-        Self { viscosity: Seconds(viscosity.0.clamp(Self::VISCOSITY_MIN.0, Self::VISCOSITY_MAX.0)) }
+        let viscosity = Seconds(viscosity.0.clamp(Self::VISCOSITY_MIN.0, Self::VISCOSITY_MAX.0));
+        Self { viscosity, strength: Strength::default() }
     }
 
     /// Share of the penetration that yields within `dt`: `1 − exp(−dt/τ)`.
@@ -55,7 +74,7 @@ impl Material {
 impl Default for Material {
     /// The original's ν = 120 at 1 kHz: τ = 119.5 ms.
     fn default() -> Self {
-        Self { viscosity: Seconds(0.1195) }
+        Self { viscosity: Seconds(0.1195), strength: Strength::default() }
     }
 }
 
@@ -75,6 +94,8 @@ pub enum MethodKind {
     /// The same with local propagation of the response.
     #[default]
     Improved,
+    /// The studio's own: elastic up to yield, plastic beyond, displaced clay returned as a rim.
+    Plastic,
 }
 
 impl MethodKind {
@@ -84,6 +105,7 @@ impl MethodKind {
         match self {
             Self::Original => 0,
             Self::Improved => 1,
+            Self::Plastic => 2,
         }
     }
 
@@ -93,6 +115,7 @@ impl MethodKind {
         match name {
             "original" => Some(Self::Original),
             "improved" => Some(Self::Improved),
+            "plastic" => Some(Self::Plastic),
             _ => None,
         }
     }
@@ -102,6 +125,7 @@ impl MethodKind {
     pub const fn from_number(number: u8) -> Self {
         match number {
             0 => Self::Original,
+            2 => Self::Plastic,
             _ => Self::Improved,
         }
     }
@@ -112,6 +136,7 @@ impl MethodKind {
         match self {
             Self::Original => &OriginalCsem,
             Self::Improved => &ImprovedCsem,
+            Self::Plastic => &PlasticCsem,
         }
     }
 }

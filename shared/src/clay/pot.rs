@@ -105,7 +105,13 @@ impl Pot {
         spec.check()?;
         // the inner wall needs room beside the axis
         let radius_min_m = (spec.radius.0 * Self::RADIUS_MIN_SHARE).max(spec.wall.0 * 1.25).min(spec.radius.0);
-        let outer = Surface::cylinder(spec.shape, spec.height.0, spec.radius.0, (radius_min_m, PotSpec::RADIUS_MAX.0));
+        let outer = Surface::cylinder(
+            spec.shape,
+            spec.height.0,
+            spec.radius.0,
+            (radius_min_m, PotSpec::RADIUS_MAX.0),
+            spec.wall.0,
+        );
         Ok(Self { spec, surfaces: alloc::vec![outer] })
     }
 

@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 
 use glam::Vec3;
 
-use super::{Contact, Footprint, GridShape, MethodKind, Pot, Surface, Window};
+use super::{Contact, Footprint, GridShape, MethodKind, Pot, Strength, Surface, Window};
 use crate::tool::Sphere;
 
 /// A tool held at one place for one sub-step, in the pot's frame.
@@ -21,6 +21,8 @@ pub struct Press {
     pub turning: i8,
     /// Share of the penetration that yields in this step, from [`super::Material::response`].
     pub response: f32,
+    /// How strong the clay is, for the methods that ask.
+    pub strength: Strength,
 }
 
 /// Scratch memory and result of one sub-step.

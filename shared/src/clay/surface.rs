@@ -17,20 +17,29 @@ pub struct Surface {
     height_m: f32,
     radius_min_m: f32,
     radius_max_m: f32,
+    thickness_m: f32,
     /// `[columns][rows]`, m.
     radii_m: Vec<f32>,
 }
 
 impl Surface {
-    /// A cylinder of `radius_m` and `height_m`, whose radii will stay within `radius_min_m..=radius_max_m`.
+    /// A cylinder of `radius_m` and `height_m` with `thickness_m` of clay behind its skin, whose radii will stay within `radius_min_m..=radius_max_m`.
     pub(super) fn cylinder(
         shape: GridShape,
         height_m: f32,
         radius_m: f32,
         (radius_min_m, radius_max_m): (f32, f32),
+        thickness_m: f32,
     ) -> Self {
         assert!(radius_min_m > 0.0 && radius_min_m <= radius_m && radius_m <= radius_max_m);
-        Self { shape, height_m, radius_min_m, radius_max_m, radii_m: alloc::vec![radius_m; shape.elements()] }
+        Self {
+            shape,
+            height_m,
+            radius_min_m,
+            radius_max_m,
+            thickness_m,
+            radii_m: alloc::vec![radius_m; shape.elements()],
+        }
     }
 
     /// Number of elements each way.
@@ -49,6 +58,12 @@ impl Surface {
     #[must_use]
     pub const fn bounds_m(&self) -> (f32, f32) {
         (self.radius_min_m, self.radius_max_m)
+    }
+
+    /// Thickness of the clay behind the skin, m.
+    #[must_use]
+    pub const fn thickness_m(&self) -> f32 {
+        self.thickness_m
     }
 
     /// Distance between neighbouring rows, m.

@@ -5,6 +5,8 @@
 
 use alloc::vec::Vec;
 
+use glam::Vec3;
+
 use super::GridShape;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
@@ -95,7 +97,24 @@ pub struct Footprint {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     pub(super) boundary: Vec<Boundary>,
+    pub(super) pushes: Vec<Push>,
     pub(super) row_kernel: Vec<f32>,
+}
+
+/// What yields of a touched element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    pub(super) column: u32,
+    pub(super) row: u32,
+    /// Penetration, and later this step's push, m.
+    pub(super) depth_m: f32,
+    /// Area of the element, m².
+    pub(super) area_m2: f32,
+    /// Arc from the tool to the element, m, and its height above the tool's centre, m.
+    pub(super) arc_m: f32,
+    pub(super) above_m: f32,
+    /// The tool's normal there, as long as to make 1 along the radius.
+    pub(super) normal: Vec3,
 }
 
 /// A touched element beside an untouched one.
@@ -116,6 +135,7 @@ impl Footprint {
         let elements = shape.elements();
         let scratch = Scratch {
             boundary: Vec::with_capacity(elements / 8),
+            pushes: Vec::with_capacity(elements),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
         };
         Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }

@@ -1,0 +1,138 @@
+//! `accuracy-chart`: what the methods make of a press, in figures that can be held against a reference.
+//!
+//! Owns the command line and the files; the scenario is the library's.
+//! Invariant: whatever makes no sense is refused in one sentence before anything is written.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
+use pottery_shared::units::Metres;
+use pottery_tests::dent::Dent;
+
+/// Presses, measures and writes down what the clay's methods do.
+#[derive(Debug, Parser)]
+#[command(name = "accuracy-chart", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Press a sphere at mid-height into a still pot and write the outer surface
+    Dent(DentFlags),
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MethodName {
+    /// Elastic up to yield, plastic beyond, with a rim
+    Ours,
+    /// Original CSEM
+    Original,
+    /// Improved CSEM
+    Improved,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Support {
+    /// The inner wall cannot give way
+    Backed,
+}
+
+#[derive(clap::Args, Debug)]
+struct DentFlags {
+    #[arg(long, value_enum)]
+    method: MethodName,
+    #[arg(long, default_value_t = 60.0)]
+    pot_radius_mm: f32,
+    #[arg(long, default_value_t = 8.0)]
+    wall_mm: f32,
+    #[arg(long, default_value_t = 200.0)]
+    height_mm: f32,
+    #[arg(long, default_value_t = 12.0)]
+    tool_radius_mm: f32,
+    /// Travel of the tool from first touch
+    #[arg(long, default_value_t = 2.0)]
+    depth_mm: f32,
+    /// What holds the wall
+    #[arg(long, value_enum, default_value_t = Support::Backed)]
+    support: Support,
+    /// Columns x rows
+    #[arg(long, default_value = "360x400", value_parser = grid)]
+    grid: GridShape,
+    #[arg(long, default_value_t = 2.0)]
+    youngs_mpa: f32,
+    #[arg(long, default_value_t = 40.0)]
+    yield_kpa: f32,
+    /// Take the tool away before the surface is read
+    #[arg(long)]
+    release: bool,
+    /// Go round the pot after the press, at this speed
+    #[arg(long, requires = "turns")]
+    rpm: Option<f32>,
+    /// Go along the axis by so much a turn
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    feed_mm_per_rev: f32,
+    /// How often to go round
+    #[arg(long, requires = "rpm")]
+    turns: Option<f32>,
+    /// Comma-separated file for theta_rad,z_mm,u_r_mm of every element
+    #[arg(long)]
+    out: PathBuf,
+}
+
+fn grid(text: &str) -> Result<GridShape, String> {
+    let sides = text.split_once('x').and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
+    let (columns, rows) = sides.ok_or("write it like 360x400")?;
+    GridShape::new(columns, rows).map_err(|error| error.to_string())
+}
+
+fn main() -> ExitCode {
+    let Command::Dent(flags) = Arguments::parse().command;
+    match dent(&flags) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("accuracy-chart: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dent(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
+    let Support::Backed = flags.support;
+    let dent = Dent {
+        method: match flags.method {
+            MethodName::Ours => MethodKind::Plastic,
+            MethodName::Original => MethodKind::Original,
+            MethodName::Improved => MethodKind::Improved,
+        },
+        pot: PotSpec {
+            shape: flags.grid,
+            height: Metres::from_mm(flags.height_mm),
+            radius: Metres::from_mm(flags.pot_radius_mm),
+            wall: Metres::from_mm(flags.wall_mm),
+        },
+        strength: Strength { youngs_pa: flags.youngs_mpa * 1e6, yield_pa: flags.yield_kpa * 1e3 },
+        tool: Metres::from_mm(flags.tool_radius_mm),
+        depth: Metres::from_mm(flags.depth_mm),
+        release: flags.release,
+        round: flags.rpm.zip(flags.turns).map(|(rpm, turns)| (rpm, Metres::from_mm(flags.feed_mm_per_rev), turns)),
+    };
+    let dented = dent.press()?;
+    let rows = dented.shape.rows() as usize;
+    let mut text = String::from("theta_rad,z_mm,u_r_mm\n");
+    for (at, radial_mm) in dented.radial_mm.iter().enumerate() {
+        let angle_rad = (at / rows) as f32 * dented.shape.column_angle_rad();
+        let z_mm = (at % rows) as f32 * dented.row_height_mm;
+        writeln!(text, "{angle_rad:.6},{z_mm:.4},{radial_mm:.6}")?;
+    }
+    std::fs::write(&flags.out, text).map_err(|error| format!("{} cannot be written: {error}", flags.out.display()))?;
+    println!("radial force    {:.3} N", dented.force_n);
+    println!("volume in       {:.2} mm³", dented.volume_in_mm3);
+    println!("volume out      {:.2} mm³", dented.volume_out_mm3);
+    println!("a step          {:.0} ns", dented.step_ns);
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! A sphere pressed into a pot, as the reference presses it.
+//!
+//! Owns the scenario and what is measured of it; the law of the clay is the method's.
+//! Invariant: the tool stands exactly at its depth when the dent is measured.
+
+use std::time::Instant;
+
+use glam::Vec3;
+use pottery_shared::clay::{GridShape, Material, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep};
+use pottery_shared::tool::{Sphere, ToolError};
+use pottery_shared::units::{Metres, Seconds};
+
+use crate::reference::Profile;
+
+/// Steps in which the tool comes in, and in which it stands until the clay rests.
+const STEPS_IN: u32 = 300;
+const STEPS_STILL: u32 = 1500;
+/// Length of a step, s.
+const STEP: Seconds = Seconds(1e-3);
+
+/// What is pressed into what.
+#[derive(Clone, Copy, Debug)]
+pub struct Dent {
+    /// How the clay deforms.
+    pub method: MethodKind,
+    /// The pot.
+    pub pot: PotSpec,
+    /// The clay.
+    pub strength: Strength,
+    /// Radius of the sphere.
+    pub tool: Metres,
+    /// Its travel from first touch.
+    pub depth: Metres,
+    /// Whether the tool is taken away before the surface is read.
+    pub release: bool,
+    /// After the press: turns a minute, feed along the axis for each turn, and number of turns.
+    pub round: Option<(f32, Metres, f32)>,
+}
+
+/// Why a dent cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DentError {
+    /// The pot.
+    #[error(transparent)]
+    Pot(#[from] PotError),
+    /// The tool.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
+    /// A figure that makes no sense.
+    #[error("a {field} of {value} cannot be used: choose one {range}")]
+    Figure {
+        /// Which.
+        field: &'static str,
+        /// What was given.
+        value: f32,
+        /// What can be used.
+        range: &'static str,
+    },
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Dented {
+    /// Grid of the outer surface.
+    pub shape: GridShape,
+    /// Distance between rows, mm.
+    pub row_height_mm: f32,
+    /// Radial displacement, `[columns][rows]`, mm; negative is inwards.
+    pub radial_mm: Vec<f32>,
+    /// Radial force on the tool when it stood still, N.
+    pub force_n: f32,
+    /// Volume pushed in and raised, mm³.
+    pub volume_in_mm3: f64,
+    /// Volume raised above the untouched surface, mm³.
+    pub volume_out_mm3: f64,
+    /// Median time of a step with contact, ns.
+    pub step_ns: f64,
+}
+
+impl Dent {
+    fn check(&self) -> Result<Sphere, DentError> {
+        let positive = |field, value: f32, range| {
+            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(DentError::Figure { field, value, range }) }
+        };
+        positive("yield stress", self.strength.yield_pa, "above 0")?;
+        positive("Young's modulus", self.strength.youngs_pa, "above 0")?;
+        positive("depth", self.depth.as_mm(), "above 0 mm")?;
+        if let Some((rpm, feed, turns)) = self.round {
+            positive("turning speed", rpm, "above 0 rpm")?;
+            positive("number of turns", turns, "above 0")?;
+            if !feed.0.is_finite() {
+                let range = "that is a number of millimetres";
+                return Err(DentError::Figure { field: "feed", value: feed.as_mm(), range });
+            }
+        }
+        if self.depth.0 >= self.pot.radius.0 {
+            let range = "less than the pot's radius";
+            return Err(DentError::Figure { field: "depth", value: self.depth.as_mm(), range });
+        }
+        Ok(Sphere::new(self.tool)?)
+    }
+
+    /// Presses.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn press(&self) -> Result<Dented, DentError> {
+        let tool = self.check()?;
+        let mut pot = Pot::new(self.pot)?;
+        let mut substep = SubStep::for_grid(self.pot.shape);
+        let response = Material::default().response(STEP);
+        let middle_z = 0.5 * self.pot.height.0;
+        let mut times_ns = Vec::new();
+        let mut force_n = 0.0;
+        let mut at = Vec3::ZERO;
+        let mut step = |angle: f32, depth_m: f32, z_m: f32, turning: i8| {
+            let distance = self.pot.radius.0 + self.tool.0 - depth_m;
+            at = Vec3::new(distance * angle.cos(), distance * angle.sin(), z_m);
+            let press = Press { tool, centre_m: at, turning, response, strength: self.strength };
+            let begin = Instant::now();
+            let contact = substep.advance(&mut pot, &[press], self.method, |_, _| {})[0];
+            times_ns.push(begin.elapsed().as_nanos() as f64);
+            force_n = contact.force_n.dot(at.with_z(0.0).normalize());
+        };
+        for number in 1..=STEPS_IN + STEPS_STILL {
+            let share = (number as f32 / STEPS_IN as f32).min(1.0);
+            step(0.0, self.depth.0 * share, middle_z, 0);
+        }
+        if let Some((rpm, feed, turns)) = self.round {
+            let per_step = rpm / 60.0 * STEP.0;
+            for number in 1..=(turns / per_step).round() as u32 {
+                let turned = number as f32 * per_step;
+                step(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
+            }
+        }
+        times_ns.sort_by(f64::total_cmp);
+        Ok(self.measure(&pot, at, tool, force_n, times_ns[times_ns.len() / 2]))
+    }
+
+    fn measure(&self, pot: &Pot, at: Vec3, tool: Sphere, force_n: f32, step_ns: f64) -> Dented {
+        let surface = &pot.surfaces()[pot.skins()[0].surface];
+        let shape = surface.shape();
+        let (mut volume_in_mm3, mut volume_out_mm3) = (0.0, 0.0);
+        let mut radial_mm = Vec::with_capacity(shape.elements());
+        let element = f64::from(shape.column_angle_rad()) * f64::from(surface.row_height_m());
+        for column in 0..shape.columns() {
+            let angle = column as f32 * shape.column_angle_rad();
+            for (row, &radius_m) in surface.column_m(column).iter().enumerate() {
+                let under_tool = near_side_m(at, tool, angle, surface.row_z_m(row as u32));
+                let seen = if self.release { radius_m } else { radius_m.min(under_tool) };
+                radial_mm.push((seen - self.pot.radius.0) * 1e3);
+                let (now, first) = (f64::from(seen), f64::from(self.pot.radius.0));
+                let volume = 0.5 * (now * now - first * first) * element * 1e9;
+                if volume < 0.0 {
+                    volume_in_mm3 -= volume;
+                } else {
+                    volume_out_mm3 += volume;
+                }
+            }
+        }
+        let row_height_mm = surface.row_height_m() * 1e3;
+        Dented { shape, row_height_mm, radial_mm, force_n, volume_in_mm3, volume_out_mm3, step_ns }
+    }
+}
+
+/// Radius at which the tool's near side meets the ray of an element; infinite beside the tool.
+fn near_side_m(at: Vec3, tool: Sphere, angle: f32, z_m: f32) -> f32 {
+    let (distance, direction) = (at.with_z(0.0).length(), at.y.atan2(at.x));
+    let (along, aside) = (distance * (angle - direction).cos(), distance * (angle - direction).sin());
+    let rest = tool.radius().0.powi(2) - (z_m - at.z).powi(2) - aside * aside;
+    if rest > 0.0 && along > 0.0 { along - rest.sqrt() } else { f32::INFINITY }
+}
+
+impl Dented {
+    /// Displacement at an angle and a height, mm (bilinear).
+    #[must_use]
+    pub fn radial_mm_at(&self, angle_rad: f64, z_mm: f64) -> f64 {
+        let column = angle_rad / f64::from(self.shape.column_angle_rad());
+        let row = (z_mm / f64::from(self.row_height_mm)).clamp(0.0, f64::from(self.shape.rows() - 2));
+        let (left, across) = (column.floor(), column - column.floor());
+        let (low, up) = (row.floor() as usize, row - row.floor());
+        let at = |column: f64, row: usize| {
+            let column = self.shape.wrap(column as i64) as usize;
+            f64::from(self.radial_mm[column * self.shape.rows() as usize + row])
+        };
+        let below = at(left, low) * (1.0 - across) + at(left + 1.0, low) * across;
+        let above = at(left, low + 1) * (1.0 - across) + at(left + 1.0, low + 1) * across;
+        below * (1.0 - up) + above * up
+    }
+
+    /// Root mean square of the difference to a reference over 15 mm of arc and height to all sides, on a raster of
+    /// 0.25 mm, divided by the tool's travel.
+    #[must_use]
+    pub fn error(&self, reference: &Profile, dent: &Dent) -> f64 {
+        let (radius_mm, middle_mm) = (f64::from(dent.pot.radius.as_mm()), f64::from(dent.pot.height.as_mm()) * 0.5);
+        let steps = -60..=60_i32;
+        let mut sum = 0.0;
+        for across in steps.clone() {
+            for up in steps.clone() {
+                let (angle, z_mm) = (f64::from(across) * 0.25 / radius_mm, middle_mm + f64::from(up) * 0.25);
+                sum += (self.radial_mm_at(angle, z_mm) - reference.radial_mm(angle, z_mm)).powi(2);
+            }
+        }
+        (sum / f64::from(121 * 121)).sqrt() / f64::from(dent.depth.as_mm())
+    }
+}
