@@ -100,7 +100,7 @@ pub enum ConfigError {
     #[error(transparent)]
     Code(#[from] JoinCodeError),
     /// A method that does not exist.
-    #[error("there is no method '{name}': choose original or improved")]
+    #[error("there is no method '{name}': choose original, improved or plastic")]
     Method {
         /// What was given.
         name: String,

@@ -157,7 +157,7 @@ impl Server {
         }
         drop(self.endpoint);
         if tokio::time::timeout(Duration::from_secs(1), port_is_free(self.address)).await.is_err() {
-            tracing::warn!(address = %self.address, "the port is still taken");
+            tracing::info!(address = %self.address, "the port is still taken");
         }
         tracing::info!("the studio is closed");
     }

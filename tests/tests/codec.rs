@@ -82,7 +82,7 @@ fn groups(snapshots: impl Into<prop::collection::SizeRange>) -> impl Strategy<Va
 }
 
 fn method() -> impl Strategy<Value = MethodKind> {
-    prop_oneof![Just(MethodKind::Original), Just(MethodKind::Improved)]
+    prop_oneof![Just(MethodKind::Original), Just(MethodKind::Improved), Just(MethodKind::Plastic)]
 }
 
 fn origin_of(groups: &[Vec<Vec<Press>>], method: MethodKind) -> Origin {

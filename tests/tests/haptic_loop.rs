@@ -133,7 +133,7 @@ fn allocator_is_counted() {
 
 #[test]
 fn tick_allocates_nothing() {
-    for method in [MethodKind::Original, MethodKind::Improved] {
+    for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
         let mut bench = Bench::new(ForceLimits::default(), method);
         let mut touching = 0;
         for tick in 0..3000 {

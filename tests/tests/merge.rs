@@ -14,7 +14,7 @@ use pottery_shared::units::Metres;
 use proptest::prelude::*;
 
 const RADIUS_MM: f32 = 60.0;
-const METHODS: [MethodKind; 2] = [MethodKind::Original, MethodKind::Improved];
+const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic];
 
 /// The default pot on a grid coarse enough to be pressed thousands of times.
 fn pot() -> Pot {

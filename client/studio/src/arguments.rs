@@ -61,7 +61,7 @@ struct HostFlags {
     #[arg(long)]
     headless: bool,
     /// Scripted potters (headless)
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     potters: u16,
     /// How long they work, s (headless)
     #[arg(long, default_value_t = 10.0, value_parser = seconds)]
@@ -101,6 +101,8 @@ enum MethodName {
     Original,
     /// The same with local propagation
     Improved,
+    /// The studio's own: elastic up to yield, plastic beyond, displaced clay comes back as a rim
+    Plastic,
 }
 
 /// How a scripted hand holds its tool.
@@ -197,6 +199,7 @@ impl HostFlags {
             method: match self.method {
                 MethodName::Original => MethodKind::Original,
                 MethodName::Improved => MethodKind::Improved,
+                MethodName::Plastic => MethodKind::Plastic,
             },
             ..ServerConfig::default()
         }

@@ -21,6 +21,8 @@ use crate::report::SessionReport;
 
 /// How long the last presses may take to reach everybody.
 const QUIET: Duration = Duration::from_secs(5);
+/// Hands, with their predictions, that a core serves in time.
+const POTTERS_PER_CORE: usize = 2;
 /// Size of the picture.
 const PICTURE: (u32, u32) = (1280, 960);
 
@@ -28,6 +30,13 @@ const PICTURE: (u32, u32) = (1280, 960);
 pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     fs::create_dir_all(&session.out)
         .with_context(|| format!("the folder {} cannot be made; choose another with --out", session.out.display()))?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    if session.strokes.len() > POTTERS_PER_CORE * cores {
+        eprintln!(
+            "pottery-studio: {} hands at 1 kHz are more than {cores} cores can serve in time; the figures will show it",
+            session.strokes.len()
+        );
+    }
     let studio = Studio::open(session.server.clone())?;
     let untouched_m3 = studio.standing()?.pots[0].enclosed_volume_m3();
     let runtime = hosting::runtime("network")?;

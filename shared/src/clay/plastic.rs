@@ -63,6 +63,11 @@ impl Method for PlasticCsem {
                 normal: to_centre_m / to_centre_m.x.max(steepest_m),
             });
         });
+        if pushes.is_empty() {
+            footprint.reset(Window::default());
+            footprint.scratch.pushes = pushes;
+            return Contact::default();
+        }
         let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
         let contact_radius_m = libm::sqrtf(area_m2 / core::f32::consts::PI);
         let elastic_m = hardness_pa / youngs_reduced_pa * libm::sqrtf(contact_radius_m * surface.thickness_m());
