@@ -58,6 +58,9 @@ pub enum Lane {
     Close,
 }
 
+/// What a keyframe costs in plain requests: it is encoded for one peer alone.
+const RESYNC_COST: i64 = 4;
+
 /// What a room counts for its operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RoomCounts {
@@ -186,9 +189,18 @@ impl Room {
 
     fn answer(&mut self, peer: PeerId, place: usize, frame: &[u8]) -> Result<(), PeerError> {
         let bench = &mut self.benches[place];
-        match Peer::read_request(frame)? {
-            Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now, &mut self.outbox),
-            Request::Viscosity { seconds } => bench.set_viscosity(seconds, self.now, &mut self.outbox),
+        let request = Peer::read_request(frame)?;
+        let cost = match request {
+            Request::Leave => 0,
+            Request::WheelSpeed { .. } | Request::Viscosity { .. } => 1,
+            Request::Resync { .. } => RESYNC_COST,
+        };
+        if !bench.may_ask(peer, self.now, cost) {
+            return Ok(());
+        }
+        match request {
+            Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
+            Request::Viscosity { seconds } => bench.set_viscosity(seconds, self.now),
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);

@@ -443,6 +443,7 @@ proptest! {
             let request = if is_speed { Request::WheelSpeed { rpm: value } } else { Request::Viscosity { seconds: value } };
             studio.request(PeerId(0), &request);
         }
+        studio.advance(OPENED + 20);
         let rate_max = Wheel::rate_of(Wheel::RPM_MAX);
         for said in &studio.said[&PeerId(0)][1..] {
             match said {
@@ -479,4 +480,30 @@ fn settings_asked_for_without_pause_do_not_turn_the_wheel_back() {
         studio.advance(now);
     }
     assert_eq!(known.len(), 30);
+}
+
+#[test]
+fn requests_too_many_are_counted_and_hurt_nobody_else() {
+    let mut studio = Studio::with(2);
+    let told = |studio: &Studio| studio.said[&PeerId(1)].len();
+    let before = told(&studio);
+    for _ in 0..100 {
+        studio.request(PeerId(0), &Request::WheelSpeed { rpm: 30.0 });
+    }
+    // forty at once, then twenty a second; all are told the last word alone
+    assert_eq!(studio.refusals().requests, 60);
+    studio.request(PeerId(1), &Request::WheelSpeed { rpm: 90.0 });
+    assert_eq!(studio.refusals().requests, 60);
+    studio.advance(OPENED + 20);
+    assert_eq!(told(&studio) - before, 1);
+    let last = Wheel::rate_of(Rpm(90.0));
+    let said = studio.said[&PeerId(1)].last();
+    assert!(matches!(said, Some(Said::Notice(Notice::Wheel(wheel))) if wheel.rate == last), "{said:?}");
+    studio.advance(OPENED + 1000);
+    for _ in 0..100 {
+        studio.request(PeerId(0), &Request::WheelSpeed { rpm: 30.0 });
+    }
+    assert!((139..=141).contains(&studio.refusals().requests), "{}", studio.refusals().requests);
+    studio.request(PeerId(0), &Request::Leave);
+    assert!(studio.said[&PeerId(0)].contains(&Said::Close), "whoever asked too much may still leave");
 }

@@ -87,6 +87,7 @@ struct RefusedSamples {
     from_the_past: u64,
     from_the_future: u64,
     flood: u64,
+    requests: u64,
 }
 
 fn merged<'a>(mut parts: impl Iterator<Item = &'a Histogram>) -> Histogram {
@@ -159,6 +160,7 @@ impl SessionReport {
                     from_the_past: refusals.from_the_past,
                     from_the_future: refusals.from_the_future,
                     flood: refusals.flood,
+                    requests: refusals.requests,
                 },
             },
         }

@@ -19,6 +19,8 @@ const NOTICE_TICKS: i64 = 200;
 /// Settings change at multiples of this many ticks only, so that however often they are asked for, a wheel remembers
 /// every change within the time for which samples are taken.
 const SETTINGS_EVERY: u64 = 50;
+/// Ticks between two notices of a setting: a part of the step of changes, so that one notice holds one change.
+const TELL_EVERY: u64 = 10;
 /// Samples of one tool done in one tick when they come late.
 const CATCH_UP_MAX: usize = 8;
 /// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
@@ -56,6 +58,9 @@ pub(super) struct Bench {
     author: Author,
     touched: Touched,
     conditions: Conditions,
+    /// First tick of the latest change that was not told yet.
+    untold_wheel: Option<Tick>,
+    untold_viscosity: Option<Tick>,
     substep: SubStep,
     seats: BTreeMap<PeerId, Seat>,
     recent: VecDeque<Recent>,
@@ -77,6 +82,8 @@ impl Bench {
             pot,
             author,
             conditions: Conditions { wheel, material: Schedule::default(), method },
+            untold_wheel: None,
+            untold_viscosity: None,
             seats: BTreeMap::new(),
             recent: VecDeque::new(),
             pulses: 0,
@@ -146,18 +153,33 @@ impl Bench {
         }
     }
 
-    pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick, outbox: &mut VecDeque<Transmit>) {
-        let from = change_after(now);
-        self.conditions.wheel.schedule(from, Wheel::rate_of(speed));
-        let (phase, rate) = (self.conditions.wheel.phase(from).0, self.conditions.wheel.rate(from));
-        self.tell_all(&Notice::Wheel(WheelWire { from: from.0, phase, rate }), outbox);
+    /// Whether a request of a peer may be answered; see [`Peer::may_ask`].
+    pub(super) fn may_ask(&mut self, peer: PeerId, now: Tick, cost: i64) -> bool {
+        self.seats.get_mut(&peer).is_some_and(|seat| seat.peer.may_ask(now, cost))
     }
 
-    pub(super) fn set_viscosity(&mut self, seconds: f32, now: Tick, outbox: &mut VecDeque<Transmit>) {
+    pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick) {
         let from = change_after(now);
-        let material = Material::new(Seconds(seconds));
-        self.conditions.material.set(from, material);
-        self.tell_all(&Notice::Viscosity { from: from.0, seconds: material.viscosity.0 }, outbox);
+        self.conditions.wheel.schedule(from, Wheel::rate_of(speed));
+        self.untold_wheel = Some(from);
+    }
+
+    pub(super) fn set_viscosity(&mut self, seconds: f32, now: Tick) {
+        let from = change_after(now);
+        self.conditions.material.set(from, Material::new(Seconds(seconds)));
+        self.untold_viscosity = Some(from);
+    }
+
+    /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.
+    fn tell_settings(&mut self, outbox: &mut VecDeque<Transmit>) {
+        if let Some(from) = self.untold_wheel.take() {
+            let (phase, rate) = (self.conditions.wheel.phase(from).0, self.conditions.wheel.rate(from));
+            self.tell_all(&Notice::Wheel(WheelWire { from: from.0, phase, rate }), outbox);
+        }
+        if let Some(from) = self.untold_viscosity.take() {
+            let seconds = self.conditions.material.at(from).viscosity.0;
+            self.tell_all(&Notice::Viscosity { from: from.0, seconds }, outbox);
+        }
     }
 
     fn tell_all(&self, notice: &Notice, outbox: &mut VecDeque<Transmit>) {
@@ -194,6 +216,9 @@ impl Bench {
             if !self.press_due(tick) {
                 break;
             }
+        }
+        if tick.next().0.is_multiple_of(TELL_EVERY) {
+            self.tell_settings(outbox);
         }
         if SnapshotClock::is_due(tick) {
             let delta = self.author.publish(&mut self.pot, &mut self.touched);

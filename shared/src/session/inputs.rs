@@ -26,6 +26,8 @@ pub struct Refusals {
     pub from_the_future: u64,
     /// Samples that came while the queue was full; the client will repeat them.
     pub flood: u64,
+    /// Requests beyond what a person makes.
+    pub requests: u64,
 }
 
 impl Refusals {
@@ -37,6 +39,7 @@ impl Refusals {
         self.from_the_past += other.from_the_past;
         self.from_the_future += other.from_the_future;
         self.flood += other.flood;
+        self.requests += other.requests;
     }
 
     /// All of them.
@@ -96,6 +99,11 @@ impl InputQueue {
     /// Counts a datagram that was no message.
     pub const fn count_malformed(&mut self) {
         self.refusals.malformed += 1;
+    }
+
+    /// Counts a request that was not answered.
+    pub const fn count_request(&mut self) {
+        self.refusals.requests += 1;
     }
 
     fn checked(&mut self, sample: Option<ToolSample>, now: Tick) -> Option<ToolSample> {

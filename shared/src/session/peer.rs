@@ -27,9 +27,15 @@ pub enum PeerError {
 pub struct Peer {
     inputs: InputQueue,
     last: Option<(ToolSample, bool)>,
+    /// What requests have cost and time has not yet paid off, in ticks.
+    spent_ticks: i64,
+    spent_at: Tick,
 }
 
 impl Peer {
+    const TICKS_PER_REQUEST: i64 = 50;
+    const TICKS_AT_ONCE: i64 = 2000;
+
     /// Reads the first frame of a connection.
     ///
     /// # Errors
@@ -53,6 +59,20 @@ impl Peer {
     /// [`PeerError::Protocol`] when it is no request.
     pub fn read_request(frame: &[u8]) -> Result<Request, PeerError> {
         Ok(protocol::decode::<{ protocol::CONTROL_MAX }, _>(frame)?)
+    }
+
+    /// Whether a request may be answered: a person makes at most twenty plain ones a second for long, and a few at once.
+    ///
+    /// `cost` is what it costs the server, 1 for a plain one. A request too many is counted and not answered.
+    pub fn may_ask(&mut self, now: Tick, cost: i64) -> bool {
+        let unpaid = (self.spent_ticks - now.since(self.spent_at)).max(0);
+        let spent = unpaid + cost * Self::TICKS_PER_REQUEST;
+        if spent > Self::TICKS_AT_ONCE {
+            self.inputs.count_request();
+            return false;
+        }
+        (self.spent_ticks, self.spent_at) = (spent, now);
+        true
     }
 
     /// A notice ready for the control stream.

@@ -44,6 +44,24 @@ const COLOURS: [[f32; 3]; 8] = [
     [0.50, 0.50, 0.50],
 ];
 
+/// Time between two requests: a slider that is dragged asks for where it is, not for everywhere it was.
+const ASK_EVERY: Duration = Duration::from_millis(150);
+/// Time after which the answer to a request has surely come.
+const HEARD_WITHIN: Duration = Duration::from_secs(1);
+
+/// What everybody at the wheel shares and anybody may set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Settings {
+    rpm: f32,
+    viscosity_ms: f32,
+}
+
+impl Settings {
+    fn of(panel: &PanelState) -> Self {
+        Self { rpm: panel.rpm, viscosity_ms: panel.viscosity_ms }
+    }
+}
+
 /// The window's state.
 pub(super) struct App {
     potter: Potter,
@@ -64,8 +82,9 @@ pub(super) struct App {
     next_frame: Instant,
     drawn_phase: Phase,
     is_dirty: bool,
-    /// Until then the panel shows what was asked for, afterwards what is.
-    next_settings_at: Instant,
+    /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
+    settings: Settings,
+    asked_at: Instant,
     /// Somebody wants the program to end from outside.
     interrupted: Arc<AtomicBool>,
     failure: Option<anyhow::Error>,
@@ -102,6 +121,7 @@ impl App {
             shows_help: false,
         };
         drop(view);
+        let settings = Settings::of(&panel);
         Self {
             rpm_before_stop: panel.rpm.max(30.0),
             potter,
@@ -121,7 +141,8 @@ impl App {
             next_frame: Instant::now(),
             drawn_phase: Phase::default(),
             is_dirty: true,
-            next_settings_at: Instant::now(),
+            settings,
+            asked_at: Instant::now(),
             interrupted,
             failure: None,
         }
@@ -213,22 +234,26 @@ impl App {
         }
     }
 
-    /// Sends what was changed in the panel or by keys.
-    fn ask(&mut self, before: (f32, f32)) {
-        let (rpm, viscosity_ms) = before;
-        if (self.panel.rpm - rpm).abs() > 0.05 {
-            self.command(Command::WheelSpeed(Rpm(self.panel.rpm)));
-        }
-        if (self.panel.viscosity_ms - viscosity_ms).abs() > 0.5 {
-            self.command(Command::Viscosity(Seconds(self.panel.viscosity_ms * 1e-3)));
-        }
+    /// Sends what was changed in the panel or by keys, not more often than a server listens.
+    fn ask(&mut self) {
         if let Ok(tool) = Sphere::new(Metres::from_mm(self.panel.tool_mm)) {
             self.tool = tool;
         }
+        let wanted = Settings::of(&self.panel);
+        if wanted == self.settings || self.asked_at.elapsed() < ASK_EVERY {
+            return;
+        }
+        self.asked_at = Instant::now();
+        if wanted.rpm != self.settings.rpm {
+            self.command(Command::WheelSpeed(Rpm(wanted.rpm)));
+        }
+        if wanted.viscosity_ms != self.settings.viscosity_ms {
+            self.command(Command::Viscosity(Seconds(wanted.viscosity_ms * 1e-3)));
+        }
+        self.settings = wanted;
     }
 
     fn command(&mut self, command: Command) {
-        self.next_settings_at = Instant::now() + Duration::from_secs(1);
         if !self.potter.command(command) {
             self.panel.notice = Some("the studio does not hear this client any more".into());
         }
@@ -293,9 +318,11 @@ impl App {
         let rpm = view.conditions.wheel.speed(soon).0;
         let viscosity_ms = view.conditions.material.at(soon).viscosity.0 * 1e3;
         drop(view);
-        if self.next_settings_at <= Instant::now() {
+        let is_waiting = Settings::of(&self.panel) != self.settings || self.asked_at.elapsed() < HEARD_WITHIN;
+        if !is_waiting {
             self.panel.rpm = rpm;
             self.panel.viscosity_ms = viscosity_ms;
+            self.settings = Settings::of(&self.panel);
         }
     }
 
@@ -306,7 +333,6 @@ impl App {
         self.guide(seconds);
         self.read_figures(seconds);
         let tools = self.tools();
-        let before = (self.panel.rpm, self.panel.viscosity_ms);
         let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
         {
             let mut view = self.potter.view().lock();
@@ -329,7 +355,7 @@ impl App {
         let scene = Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, ..Scene::default() };
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
-        self.ask(before);
+        self.ask();
         Ok(())
     }
 
@@ -354,7 +380,6 @@ impl ApplicationHandler for App {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let before = (self.panel.rpm, self.panel.viscosity_ms);
         let mut is_panels = false;
         if let (Some(stage), Some(input)) = (&self.stage, &mut self.egui_input) {
             is_panels = input.on_window_event(&stage.window, &event).consumed;
@@ -377,7 +402,6 @@ impl ApplicationHandler for App {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
                 self.key(event_loop, &event.logical_key);
-                self.ask(before);
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.moved(Vec2::new(position.x as f32, position.y as f32));
