@@ -415,3 +415,10 @@ fn joining_what_is_not_there_is_one_sentence() {
     let text = text_of(studio.stderr.take().unwrap());
     assert!(!status.success() && text.contains("no.such.host.invalid"), "{text}");
 }
+
+#[test]
+fn flags_before_a_command_are_refused_and_not_forgotten() {
+    let studio = || Command::new(program("pottery-studio"));
+    let text = sentence(&studio().args(["--seconds", "3", "host", "--headless"]).output().unwrap());
+    assert!(text.contains("host"), "{text}");
+}

@@ -20,7 +20,7 @@ use pottery_shared::protocol::JoinCode;
 /// Without a command it hosts a studio and opens a window on it; without a display, or with --headless, scripted
 /// potters work in its place and the pot is written to files.
 #[derive(Debug, Parser)]
-#[command(name = "pottery-studio", version, after_help = EXAMPLES)]
+#[command(name = "pottery-studio", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
