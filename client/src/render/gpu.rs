@@ -51,17 +51,8 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] when there is none or it cannot be opened.
     pub fn headless() -> Result<Self, GpuError> {
-        let mut descriptor = Self::instance_descriptor();
-        // looking for OpenGL first would have its libraries complain aloud about the missing display
-        let wanted = descriptor.backends;
-        descriptor.backends &= wgpu::Backends::PRIMARY;
-        let found = pollster::block_on(Self::open(&wgpu::Instance::new(descriptor), None));
-        if found.is_ok() || wanted == wanted & wgpu::Backends::PRIMARY {
-            return found;
-        }
-        let mut descriptor = Self::instance_descriptor();
-        descriptor.backends = wanted;
-        pollster::block_on(Self::open(&wgpu::Instance::new(descriptor), None))
+        let instance = wgpu::Instance::new(Self::instance_descriptor());
+        pollster::block_on(Self::open(&instance, None))
     }
 
     /// Opens the best adapter that can show pictures on `surface`.
