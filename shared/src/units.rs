@@ -83,14 +83,6 @@ pub struct Seconds(pub f32);
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Newtons(pub f32);
 
-/// A spring constant in newtons per metre.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-pub struct Stiffness(pub f32);
-
-/// A damping constant in newton-seconds per metre.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-pub struct Damping(pub f32);
-
 /// Turning speed in turns a minute, positive when the wheel turns from x towards y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Rpm(pub f32);

@@ -447,7 +447,7 @@ proptest! {
         let rate_max = Wheel::rate_of(Wheel::RPM_MAX);
         for said in &studio.said[&PeerId(0)][1..] {
             match said {
-                Said::Notice(Notice::Wheel(wheel)) => prop_assert!((-rate_max..=rate_max).contains(&wheel.rate)),
+                Said::Notice(Notice::Wheel { rate, .. }) => prop_assert!((-rate_max..=rate_max).contains(rate)),
                 Said::Notice(Notice::Viscosity { seconds, .. }) => {
                     prop_assert!((Material::VISCOSITY_MIN.0..=Material::VISCOSITY_MAX.0).contains(seconds));
                 }
@@ -498,7 +498,7 @@ fn requests_too_many_are_counted_and_hurt_nobody_else() {
     assert_eq!(told(&studio) - before, 1);
     let last = Wheel::rate_of(Rpm(90.0));
     let said = studio.said[&PeerId(1)].last();
-    assert!(matches!(said, Some(Said::Notice(Notice::Wheel(wheel))) if wheel.rate == last), "{said:?}");
+    assert!(matches!(said, Some(Said::Notice(Notice::Wheel { rate, .. })) if *rate == last), "{said:?}");
     studio.advance(OPENED + 1000);
     for _ in 0..100 {
         studio.request(PeerId(0), &Request::WheelSpeed { rpm: 30.0 });

@@ -110,7 +110,7 @@ fn notice() -> impl Strategy<Value = Notice> {
     prop_oneof![
         welcome().prop_map(Notice::Welcome),
         refusal().prop_map(Notice::Refused),
-        wheel().prop_map(Notice::Wheel),
+        (any::<u64>(), any::<i32>()).prop_map(|(from, rate)| Notice::Wheel { from, rate }),
         any::<(u64, f32)>().prop_map(|(from, seconds)| Notice::Viscosity { from, seconds }),
         Just(Notice::Closing),
     ]

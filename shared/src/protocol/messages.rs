@@ -137,8 +137,13 @@ pub enum Notice {
     Welcome(Welcome),
     /// Stay out.
     Refused(Refusal),
-    /// The wheel's turning changes.
-    Wheel(WheelWire),
+    /// The wheel's turning changes; its phase then follows from what it was before.
+    Wheel {
+        /// First tick of the new turning.
+        from: u64,
+        /// Phase steps a tick.
+        rate: i32,
+    },
     /// The clay's time constant changes.
     Viscosity {
         /// First tick at which it holds.

@@ -173,8 +173,8 @@ impl Bench {
     /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.
     fn tell_settings(&mut self, outbox: &mut VecDeque<Transmit>) {
         if let Some(from) = self.untold_wheel.take() {
-            let (phase, rate) = (self.conditions.wheel.phase(from).0, self.conditions.wheel.rate(from));
-            self.tell_all(&Notice::Wheel(WheelWire { from: from.0, phase, rate }), outbox);
+            let rate = self.conditions.wheel.rate(from);
+            self.tell_all(&Notice::Wheel { from: from.0, rate }, outbox);
         }
         if let Some(from) = self.untold_viscosity.take() {
             let seconds = self.conditions.material.at(from).viscosity.0;

@@ -234,8 +234,8 @@ impl Client {
     /// [`ClientError`] when it makes no sense; the connection is then useless.
     pub fn handle_control(&mut self, frame: &[u8]) -> Result<(), ClientError> {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
-            Notice::Wheel(wheel) => {
-                self.conditions.wheel.schedule(Tick(wheel.from), wheel.rate);
+            Notice::Wheel { from, rate } => {
+                self.conditions.wheel.schedule(Tick(from), rate);
                 self.events.push_back(ClientEvent::Conditions);
             }
             Notice::Viscosity { from, seconds } => {

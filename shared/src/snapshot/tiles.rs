@@ -107,16 +107,6 @@ impl Touched {
         }
     }
 
-    /// Whether the tile of an element is in the set.
-    ///
-    /// # Panics
-    /// When there is no such surface.
-    #[must_use]
-    pub fn covers(&self, surface: usize, column: u32, row: u32) -> bool {
-        let tile = column / TILE_SIDE * self.layouts[surface].tile_rows + row / TILE_SIDE;
-        self.bits[surface][(tile / 64) as usize] >> (tile % 64) & 1 == 1
-    }
-
     /// The empty set over the same surfaces.
     #[must_use]
     pub fn emptied(&self) -> Self {
