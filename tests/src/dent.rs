@@ -82,8 +82,8 @@ impl Dent {
         let positive = |field, value: f32, range| {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(DentError::Figure { field, value, range }) }
         };
-        positive("yield stress", self.strength.yield_pa, "above 0")?;
-        positive("Young's modulus", self.strength.youngs_pa, "above 0")?;
+        positive("yield stress", self.strength.yield_pa, "above 0 Pa")?;
+        positive("Young's modulus", self.strength.youngs_pa, "above 0 Pa")?;
         positive("depth", self.depth.as_mm(), "above 0 mm")?;
         if let Some((rpm, feed, turns)) = self.round {
             positive("turning speed", rpm, "above 0 rpm")?;
@@ -93,48 +93,55 @@ impl Dent {
                 return Err(DentError::Figure { field: "feed", value: feed.as_mm(), range });
             }
         }
-        if self.depth.0 >= self.pot.radius.0 {
-            let range = "less than the pot's radius";
-            return Err(DentError::Figure { field: "depth", value: self.depth.as_mm(), range });
+        let range = "less than the pot's radius";
+        for (field, value) in [("depth", self.depth), ("tool radius", self.tool)] {
+            if value.0 >= self.pot.radius.0 {
+                return Err(DentError::Figure { field, value: value.as_mm(), range });
+            }
         }
         Ok(Sphere::new(self.tool)?)
     }
 
-    /// Presses.
+    /// Presses in 300 steps and waits for 1500 more, of 1 ms each.
     ///
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn press(&self) -> Result<Dented, DentError> {
-        let tool = self.check()?;
-        let mut pot = Pot::new(self.pot)?;
-        let mut substep = SubStep::for_grid(self.pot.shape);
-        let response = Material::default().response(STEP);
+        self.press_in(STEPS_IN)
+    }
+
+    /// The same within the same time in another number of steps: `steps_in` until the tool has reached its depth, and
+    /// five times as many while it stands.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn press_in(&self, steps_in: u32) -> Result<Dented, DentError> {
+        if steps_in == 0 {
+            return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
+        }
+        let step = Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32);
+        let mut pressing = Pressing::new(*self, step)?;
         let middle_z = 0.5 * self.pot.height.0;
         let mut times_ns = Vec::new();
         let mut force_n = 0.0;
-        let mut at = Vec3::ZERO;
-        let mut step = |angle: f32, depth_m: f32, z_m: f32, turning: i8| {
-            let distance = self.pot.radius.0 + self.tool.0 - depth_m;
-            at = Vec3::new(distance * angle.cos(), distance * angle.sin(), z_m);
-            let press = Press { tool, centre_m: at, turning, response, strength: self.strength };
+        let mut timed = |angle_rad, depth_m, z_m, turning| {
             let begin = Instant::now();
-            let contact = substep.advance(&mut pot, &[press], self.method, |_, _| {})[0];
+            force_n = pressing.step(angle_rad, depth_m, z_m, turning);
             times_ns.push(begin.elapsed().as_nanos() as f64);
-            force_n = contact.force_n.dot(at.with_z(0.0).normalize());
         };
-        for number in 1..=STEPS_IN + STEPS_STILL {
-            let share = (number as f32 / STEPS_IN as f32).min(1.0);
-            step(0.0, self.depth.0 * share, middle_z, 0);
+        for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
+            let share = (number as f32 / steps_in as f32).min(1.0);
+            timed(0.0, self.depth.0 * share, middle_z, 0);
         }
         if let Some((rpm, feed, turns)) = self.round {
-            let per_step = rpm / 60.0 * STEP.0;
+            let per_step = rpm / 60.0 * step.0;
             for number in 1..=(turns / per_step).round() as u32 {
                 let turned = number as f32 * per_step;
-                step(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
+                timed(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
             }
         }
         times_ns.sort_by(f64::total_cmp);
-        Ok(self.measure(&pot, at, tool, force_n, times_ns[times_ns.len() / 2]))
+        Ok(self.measure(&pressing.pot, pressing.at, pressing.tool, force_n, times_ns[times_ns.len() / 2]))
     }
 
     fn measure(&self, pot: &Pot, at: Vec3, tool: Sphere, force_n: f32, step_ns: f64) -> Dented {
@@ -160,6 +167,49 @@ impl Dent {
         }
         let row_height_mm = surface.row_height_m() * 1e3;
         Dented { shape, row_height_mm, radial_mm, force_n, volume_in_mm3, volume_out_mm3, step_ns }
+    }
+}
+
+/// A pot with a tool at it, advanced one step at a time.
+#[derive(Clone, Debug)]
+pub struct Pressing {
+    dent: Dent,
+    tool: Sphere,
+    pot: Pot,
+    substep: SubStep,
+    response: f32,
+    at: Vec3,
+}
+
+impl Pressing {
+    /// An untouched pot and the tool of a dent, in steps of one length.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn new(dent: Dent, step: Seconds) -> Result<Self, DentError> {
+        let tool = dent.check()?;
+        let pot = Pot::new(dent.pot)?;
+        let substep = SubStep::for_grid(dent.pot.shape);
+        Ok(Self { dent, tool, pot, substep, response: Material::default().response(step), at: Vec3::ZERO })
+    }
+
+    /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
+    /// (1), the other (−1) or not (0).
+    ///
+    /// Returns the radial force on the tool, N.
+    pub fn step(&mut self, angle_rad: f32, depth_m: f32, z_m: f32, turning: i8) -> f32 {
+        let distance = self.dent.pot.radius.0 + self.tool.radius().0 - depth_m;
+        self.at = Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m);
+        let Dent { method, strength, .. } = self.dent;
+        let press = Press { tool: self.tool, centre_m: self.at, turning, response: self.response, strength };
+        let contact = self.substep.advance(&mut self.pot, &[press], method, |_, _| {})[0];
+        contact.force_n.dot(self.at.with_z(0.0).normalize())
+    }
+
+    /// The pot as it is now.
+    #[must_use]
+    pub const fn pot(&self) -> &Pot {
+        &self.pot
     }
 }
 

@@ -1,30 +1,15 @@
-//! `accuracy-chart`: what the methods make of a press, in figures that can be held against a reference.
+//! `accuracy-chart dent`: one sphere pressed into one pot, as a file of the whole surface.
 //!
-//! Owns the command line and the files; the scenario is the library's.
+//! Owns its flags and its file; the scenario is the library's.
 //! Invariant: whatever makes no sense is refused in one sentence before anything is written.
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::ValueEnum;
 use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::Dent;
-
-/// Presses, measures and writes down what the clay's methods do.
-#[derive(Debug, Parser)]
-#[command(name = "accuracy-chart", version)]
-struct Arguments {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Press a sphere at mid-height into a still pot and write the outer surface
-    Dent(DentFlags),
-}
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum MethodName {
@@ -43,7 +28,7 @@ enum Support {
 }
 
 #[derive(clap::Args, Debug)]
-struct DentFlags {
+pub(crate) struct DentFlags {
     #[arg(long, value_enum)]
     method: MethodName,
     #[arg(long, default_value_t = 60.0)]
@@ -90,18 +75,8 @@ fn grid(text: &str) -> Result<GridShape, String> {
     GridShape::new(columns, rows).map_err(|error| error.to_string())
 }
 
-fn main() -> ExitCode {
-    let Command::Dent(flags) = Arguments::parse().command;
-    match dent(&flags) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("accuracy-chart: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn dent(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
+/// Presses as the flags say, writes the surface and prints what was measured.
+pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     let Support::Backed = flags.support;
     let dent = Dent {
         method: match flags.method {
