@@ -6,10 +6,11 @@
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
+use pottery_shared::clay::Material;
 use pottery_shared::protocol::{DATAGRAM_MAX, KEYFRAME_MAX, Request};
 use pottery_shared::session::{Client, ClientEvent};
 use pottery_shared::tool::ToolSample;
-use pottery_shared::units::{Rpm, Seconds};
+use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
@@ -35,8 +36,8 @@ const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 pub enum Command {
     /// Turn the wheel at this speed.
     WheelSpeed(Rpm),
-    /// Make the clay give way with this time constant.
-    Viscosity(Seconds),
+    /// Make the wheel's clay another.
+    Clay(Material),
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -179,7 +180,7 @@ impl Worker {
                 },
                 command = self.commands.recv(), if leaving.is_none() => match command {
                     Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
-                    Some(Command::Viscosity(Seconds(seconds))) => self.session.request(&Request::Viscosity { seconds }),
+                    Some(Command::Clay(material)) => self.session.request(&Request::Clay { clay: material.into() }),
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
                     }

@@ -6,7 +6,9 @@
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
-use pottery_shared::clay::{GridError, GridShape, MethodKind, PotError, PotSpec, Wheel};
+use pottery_shared::clay::{
+    GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Wetness, Wheel,
+};
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::units::{Metres, Rpm};
 use serde::Deserialize;
@@ -28,6 +30,8 @@ pub struct ServerConfig {
     pub method: MethodKind,
     /// How fast wheels turn at first.
     pub wheel_speed: Rpm,
+    /// What the clay is made of at first.
+    pub clay: Material,
 }
 
 impl ServerConfig {
@@ -53,6 +57,7 @@ impl ServerConfig {
         if !(rpm.is_finite() && rpm.abs() <= Wheel::RPM_MAX.0) {
             return Err(ConfigError::WheelSpeed { rpm, max: Wheel::RPM_MAX.0 });
         }
+        Material::new(self.clay.viscosity, self.clay.strength)?;
         Ok(self)
     }
 }
@@ -68,6 +73,7 @@ impl Default for ServerConfig {
             pot: PotSpec::default(),
             method: MethodKind::default(),
             wheel_speed: Rpm(60.0),
+            clay: Material::default(),
         }
     }
 }
@@ -105,6 +111,18 @@ pub enum ConfigError {
         /// What was given.
         name: String,
     },
+    /// Clay that nobody knows by that name.
+    #[error("there is no clay '{name}': choose stiff, throwing, soft or slip, or say how wet it is")]
+    Clay {
+        /// What was given.
+        name: String,
+    },
+    /// Clay that cannot be had.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Clay named twice.
+    #[error("'clay' and 'wetness' both say what the clay is: leave one of them out")]
+    ClayTwice,
     /// A file that cannot be read.
     #[error("the configuration {path} cannot be read: {source}")]
     File {
@@ -149,6 +167,8 @@ pub struct FileConfig {
     wall_mm: Option<f32>,
     method: Option<String>,
     wheel_rpm: Option<f32>,
+    clay: Option<String>,
+    wetness: Option<f32>,
 }
 
 impl FileConfig {
@@ -185,6 +205,13 @@ impl FileConfig {
         if let Some(name) = self.method {
             config.method = MethodKind::from_name(&name).ok_or(ConfigError::Method { name })?;
         }
+        let wetness = match (self.clay, self.wetness) {
+            (Some(_), Some(_)) => return Err(ConfigError::ClayTwice),
+            (Some(name), None) => Some(Preset::from_name(&name).ok_or(ConfigError::Clay { name })?.wetness()),
+            (None, Some(index)) => Some(Wetness::new(index)?),
+            (None, None) => None,
+        };
+        config.clay = wetness.map_or(config.clay, Material::from_wetness);
         config.checked()
     }
 }

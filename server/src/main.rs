@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pottery_server::{FileConfig, Server, ServerConfig};
+use pottery_shared::clay::{Material, Preset, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
@@ -25,8 +26,14 @@ struct Flags {
     /// Number of wheels, each with its own pot
     #[arg(long)]
     wheels: Option<u16>,
+    /// Clay as potters name it: stiff, throwing, soft or slip [default: throwing]
+    #[arg(long, value_name = "NAME", value_parser = preset)]
+    clay: Option<Preset>,
+    /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs)
+    #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
+    wetness: Option<Wetness>,
     /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, method,
-    /// wheel_rpm
+    /// wheel_rpm, clay, wetness
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -34,7 +41,17 @@ struct Flags {
 const EXAMPLES: &str = "Examples:
   pottery-server                                  one wheel, a fresh join code
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
-  pottery-server --listen 127.0.0.1:5000          this machine only";
+  pottery-server --listen 127.0.0.1:5000          this machine only
+  pottery-server --clay soft                      wetter clay on every wheel";
+
+fn preset(text: &str) -> Result<Preset, String> {
+    Preset::from_name(text).ok_or_else(|| "choose stiff, throwing, soft or slip".into())
+}
+
+fn wetness(text: &str) -> Result<Wetness, String> {
+    let index = text.parse().map_err(|_| "choose a number from 0.0 to 1.0")?;
+    Wetness::new(index).map_err(|error| error.to_string())
+}
 
 #[tokio::main]
 async fn main() -> ExitCode {
@@ -61,6 +78,9 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.listen = flags.listen.unwrap_or(config.listen);
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.code = flags.code.or(config.code);
+    if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
+        config.clay = Material::from_wetness(wetness);
+    }
     let server = Server::start(config)?;
     println!("listening on {}", server.address());
     println!("join code    {}", server.code());

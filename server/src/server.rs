@@ -111,6 +111,7 @@ impl Server {
             pot: config.pot,
             method: config.method,
             wheel_speed: config.wheel_speed,
+            clay: config.clay,
         })
         .map_err(ConfigError::from)?;
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams

@@ -24,7 +24,7 @@ pub use conditions::Conditions;
 pub use digest::Digest;
 pub use grid::{GridError, GridShape};
 pub use improved::ImprovedCsem;
-pub use material::{Material, Strength};
+pub use material::{Material, MaterialError, Preset, Strength, Wetness};
 pub use method::{Contact, Method, MethodKind};
 pub use original::OriginalCsem;
 pub use plastic::PlasticCsem;

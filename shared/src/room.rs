@@ -9,7 +9,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::clay::{MethodKind, Pot, PotError, PotSpec};
+use crate::clay::{Material, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{Notice, Refusal, Request};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::units::{Rpm, Tick};
@@ -34,6 +34,8 @@ pub struct RoomConfig {
     pub method: MethodKind,
     /// How fast the wheels turn at first.
     pub wheel_speed: Rpm,
+    /// What the clay is made of at first.
+    pub clay: Material,
 }
 
 /// Something to send.
@@ -96,7 +98,7 @@ impl Room {
     pub fn new(config: RoomConfig) -> Result<Self, PotError> {
         let mut benches = Vec::new();
         for _ in 0..config.wheels {
-            benches.push(Bench::new(Pot::new(config.pot)?, config.method, config.wheel_speed));
+            benches.push(Bench::new(Pot::new(config.pot)?, config.method, config.wheel_speed, config.clay));
         }
         Ok(Self {
             config,
@@ -192,7 +194,7 @@ impl Room {
         let request = Peer::read_request(frame)?;
         let cost = match request {
             Request::Leave => 0,
-            Request::WheelSpeed { .. } | Request::Viscosity { .. } => 1,
+            Request::WheelSpeed { .. } | Request::Clay { .. } => 1,
             Request::Resync { .. } => RESYNC_COST,
         };
         if !bench.may_ask(peer, self.now, cost) {
@@ -200,7 +202,7 @@ impl Room {
         }
         match request {
             Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
-            Request::Viscosity { seconds } => bench.set_viscosity(seconds, self.now),
+            Request::Clay { clay } => bench.set_clay(clay, self.now),
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);

@@ -5,6 +5,7 @@
 //! memory.
 
 mod assembly;
+mod clay;
 mod client;
 mod inputs;
 mod lead;

@@ -264,7 +264,7 @@ fn scripted_run(method: MethodKind) -> (u64, f64) {
         ..Conditions::default()
     };
     conditions.wheel.schedule(Tick(250), Wheel::rate_of(Rpm(-40.0)));
-    conditions.material.set(Tick(300), Material::new(Seconds(0.03)));
+    conditions.material.set(Tick(300), Material { viscosity: Seconds(0.03), ..Material::default() });
     let mut substep = SubStep::for_grid(pot.spec().shape);
     for number in 0..500_i32 {
         // integers only: the host's sine may differ in its last bit, and with it the digest

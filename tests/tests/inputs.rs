@@ -6,14 +6,14 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
-use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Wheel};
+use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
-    self, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run,
+    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{InputQueue, Refusals};
 use pottery_shared::tool::Position;
-use pottery_shared::units::{Rpm, Tick};
+use pottery_shared::units::{Rpm, Seconds, Tick};
 use proptest::prelude::*;
 
 const CODE: &str = "CLAY";
@@ -43,6 +43,7 @@ impl Studio {
             pot: PotSpec { shape: GridShape::new(90, 100).unwrap(), ..PotSpec::default() },
             method: MethodKind::Improved,
             wheel_speed: Rpm(60.0),
+            clay: Material::default(),
         })
         .unwrap();
         let mut studio = Self { room, said: BTreeMap::new(), acknowledged: BTreeMap::new() };
@@ -414,6 +415,16 @@ fn all_that_was_sent_is_pressed_though_its_maker_left() {
     assert!(stayed.removed_mm3() > 100.0);
 }
 
+fn is_allowed(clay: &ClayWire) -> bool {
+    let strength = Strength { youngs_pa: clay.youngs_pa, yield_pa: clay.yield_pa };
+    Material::new(Seconds(clay.viscosity_s), strength).is_ok()
+}
+
+/// Clay of a wetness as it is asked for.
+fn clay_request(liquidity_index: f32) -> Request {
+    Request::Clay { clay: Material::from_wetness(Wetness::nearest(liquidity_index)).into() }
+}
+
 /// The wheel as a newcomer is told of it.
 fn told_wheel(studio: &mut Studio, newcomer: u64) -> Wheel {
     let peer = PeerId(newcomer);
@@ -423,8 +434,8 @@ fn told_wheel(studio: &mut Studio, newcomer: u64) -> Wheel {
     let first = segments.next().unwrap();
     let mut wheel = Wheel::starting_at(Tick(first.from), Phase(first.phase), first.rate);
     segments.for_each(|segment| wheel.schedule(Tick(segment.from), segment.rate));
-    for (_, seconds) in &welcome.viscosity {
-        assert!((Material::VISCOSITY_MIN.0..=Material::VISCOSITY_MAX.0).contains(seconds), "{seconds} s");
+    for (_, clay) in &welcome.clay {
+        assert!(is_allowed(clay), "{clay:?}");
     }
     studio.request(peer, &Request::Leave);
     wheel
@@ -435,12 +446,14 @@ proptest! {
 
     #[test]
     fn settings_stay_finite_whatever_is_asked_for(
-        asked in prop::collection::vec((any::<bool>(), prop::num::f32::ANY), 1..6),
+        asked in prop::collection::vec((any::<bool>(), [prop::num::f32::ANY; 3]), 1..6),
         odd in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, f32::MAX, f32::MIN]),
     ) {
         let mut studio = Studio::with(1);
-        for (is_speed, value) in asked.into_iter().chain([(true, odd), (false, odd)]) {
-            let request = if is_speed { Request::WheelSpeed { rpm: value } } else { Request::Viscosity { seconds: value } };
+        for (is_speed, values) in asked.into_iter().chain([(true, [odd; 3]), (false, [odd; 3])]) {
+            let [rpm, youngs_pa, yield_pa] = values;
+            let clay = ClayWire { viscosity_s: rpm, youngs_pa, yield_pa };
+            let request = if is_speed { Request::WheelSpeed { rpm } } else { Request::Clay { clay } };
             studio.request(PeerId(0), &request);
         }
         studio.advance(OPENED + 20);
@@ -448,9 +461,7 @@ proptest! {
         for said in &studio.said[&PeerId(0)][1..] {
             match said {
                 Said::Notice(Notice::Wheel { rate, .. }) => prop_assert!((-rate_max..=rate_max).contains(rate)),
-                Said::Notice(Notice::Viscosity { seconds, .. }) => {
-                    prop_assert!((Material::VISCOSITY_MIN.0..=Material::VISCOSITY_MAX.0).contains(seconds));
-                }
+                Said::Notice(Notice::Clay { clay, .. }) => prop_assert!(is_allowed(clay), "{:?}", clay),
                 other => prop_assert!(false, "{:?}", other),
             }
         }
@@ -469,7 +480,7 @@ fn settings_asked_for_without_pause_do_not_turn_the_wheel_back() {
         let now = OPENED + number;
         // a slider that is dragged, or a program that means harm
         studio.request(PeerId(0), &Request::WheelSpeed { rpm: (number * 37 % 300) as f32 });
-        studio.request(PeerId(0), &Request::Viscosity { seconds: 0.01 * (1 + number % 7) as f32 });
+        studio.request(PeerId(0), &clay_request(0.1 * (1 + number % 7) as f32));
         if number % 20 == 0 {
             let wheel = told_wheel(&mut studio, 100 + number);
             for &(tick, phase) in &known {
@@ -506,4 +517,24 @@ fn requests_too_many_are_counted_and_hurt_nobody_else() {
     assert!((139..=141).contains(&studio.refusals().requests), "{}", studio.refusals().requests);
     studio.request(PeerId(0), &Request::Leave);
     assert!(studio.said[&PeerId(0)].contains(&Said::Close), "whoever asked too much may still leave");
+}
+
+#[test]
+fn clay_asked_for_is_told_to_all_and_to_who_comes_later() {
+    let mut studio = Studio::with(2);
+    let Some(Said::Notice(Notice::Welcome(welcome))) = studio.said[&PeerId(0)].first() else { panic!("not let in") };
+    assert_eq!(welcome.clay, [(0, Material::default().into())]);
+    studio.request(PeerId(0), &clay_request(0.6));
+    studio.request(PeerId(1), &clay_request(0.8));
+    studio.advance(OPENED + 20);
+    let wanted = Material::from_wetness(Wetness::new(0.8).unwrap());
+    let told: Vec<_> = [0, 1].map(|person| studio.said[&PeerId(person)][1..].to_vec()).into();
+    let [Said::Notice(Notice::Clay { from, clay })] = told[0][..] else { panic!("{:?}", told[0]) };
+    assert_eq!(told[0], told[1], "everybody is told the same");
+    // the last word alone, at a common step of changes, in time to be heard before
+    assert_eq!(Material::from(clay), wanted);
+    assert!(from.is_multiple_of(50) && (OPENED + 200..OPENED + 270).contains(&from), "{from}");
+    studio.join(PeerId(2));
+    let Some(Said::Notice(Notice::Welcome(welcome))) = studio.said[&PeerId(2)].first() else { panic!("not let in") };
+    assert_eq!(welcome.clay.last(), Some(&(from, clay)));
 }

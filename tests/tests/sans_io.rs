@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use glam::Vec3;
-use pottery_shared::clay::{MethodKind, PotSpec};
-use pottery_shared::protocol::FrameReader;
+use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Wetness};
+use pottery_shared::protocol::{FrameReader, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
 use pottery_shared::tool::{Position, Sphere, ToolSample};
@@ -61,13 +61,18 @@ struct World {
 
 impl World {
     fn new(people: u64, wire: Wire, seed: u64) -> Self {
+        Self::of(MethodKind::Improved, people, wire, seed)
+    }
+
+    fn of(method: MethodKind, people: u64, wire: Wire, seed: u64) -> Self {
         let room = Room::new(RoomConfig {
             code: "CLAY".into(),
             wheels: 1,
             people_max: 8,
             pot: PotSpec::default(),
-            method: MethodKind::Improved,
+            method,
             wheel_speed: Rpm(60.0),
+            clay: Material::default(),
         })
         .unwrap();
         let mut world = Self {
@@ -242,4 +247,51 @@ fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
     let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
     assert!(world.corrections_um.len() > 100);
     assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
+
+/// Lets everybody press while the first asks for the wetness of each entry at its time; says what is left of the clay, mm³.
+fn press_while_it_gets_wetter(world: &mut World, seed: u64, wetter: &[(u64, f32)]) -> f64 {
+    for now in 0..4800 {
+        for &(_, index) in wetter.iter().filter(|(at, _)| *at == now) {
+            let clay = Material::from_wetness(Wetness::new(index).unwrap()).into();
+            let (client, _) = world.clients.get_mut(&PeerId(0)).unwrap();
+            client.as_mut().unwrap().request(&Request::Clay { clay });
+        }
+        world.step(now, hand);
+    }
+    world.assert_settled(seed);
+    for (peer, (client, _)) in &world.clients {
+        let material = client.as_ref().unwrap().conditions().material.at(Tick(4800));
+        let last = wetter.last().map_or(Preset::Throwing.wetness(), |(_, index)| Wetness::new(*index).unwrap());
+        assert_eq!(material, Material::from_wetness(last), "seed {seed}: {peer:?}");
+    }
+    world.room.pot(0).unwrap().enclosed_volume_m3() * 1e9
+}
+
+#[test]
+fn clay_that_gets_wetter_under_two_hands_stays_the_same_for_both() {
+    let wetter = [(900, 0.6), (1500, 0.05), (1560, 1.0), (2400, 0.45)];
+    for (seed, method) in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic].into_iter().enumerate() {
+        let seed = seed as u64;
+        let world = || {
+            let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 10, duplicate_percent: 5 };
+            World::of(method, 2, wire, seed)
+        };
+        let left = press_while_it_gets_wetter(&mut world(), seed, &wetter);
+        let as_it_was = press_while_it_gets_wetter(&mut world(), seed, &[]);
+        println!("{method:?}: {:.0} mm³ less when it gets wetter", as_it_was - left);
+        assert!((as_it_was - left).abs() > 1.0, "{method:?}: the wetness changed nothing");
+    }
+}
+
+#[test]
+fn a_wetness_that_changes_in_mid_stroke_needs_no_correction() {
+    for method in [MethodKind::Improved, MethodKind::Plastic] {
+        let wire = Wire { delay_ms: 40, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+        let mut world = World::of(method, 1, wire, 1);
+        press_while_it_gets_wetter(&mut world, 1, &[(900, 0.6), (1500, 0.0), (2400, 1.0)]);
+        let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
+        assert!(world.corrections_um.len() > 100);
+        assert_eq!(largest, 0.0, "{method:?}: largest correction {largest} µm");
+    }
 }

@@ -75,6 +75,8 @@ fn scripted_potters_leave_a_picture_a_solid_and_figures_that_agree() {
     assert_eq!(session["schema"], 1);
     assert_eq!(session["elements"], 144_000);
     assert_eq!(session["potters"], 2);
+    let throwing = serde_json::json!({"wetness": 0.27, "yield_kpa": 40.0, "youngs_mpa": 2.0, "viscosity_ms": 119.5});
+    assert_eq!(session["clay"], throwing);
     let digests = session["digest"]["clients"].as_array().unwrap();
     assert_eq!(digests.len(), 2);
     assert!(digests.iter().all(|digest| *digest == session["digest"]["server"]), "{session}");
@@ -123,8 +125,12 @@ fn a_recorded_stroke_can_be_replayed() {
 #[test]
 fn a_simulated_hand_is_pushed_back_and_the_clients_agree() {
     let out = folder("hand");
-    let output = headless(&out, &["--potters", "1", "--seconds", "2", "--hand", "simulated", "--method", "original"]);
+    let output = headless(
+        &out,
+        &["--potters", "1", "--seconds", "2", "--hand", "simulated", "--method", "original", "--clay", "soft"],
+    );
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(session(&out)["clay"]["wetness"], 0.45);
     assert!(session(&out)["pressed_volume_mm3"].as_f64().unwrap() > 10.0);
     fs::remove_dir_all(out).unwrap();
 }
@@ -232,13 +238,30 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
         ("wheel_rpm = 1e9\n", "rpm"),
         ("method = \"magic\"\n", "magic"),
         ("wheel = 3\n", "unknown field"),
+        ("clay = \"mud\"\n", "stiff, throwing, soft or slip"),
+        ("wetness = 1.5\n", "from 0 to 1"),
+        ("clay = \"soft\"\nwetness = 0.5\n", "leave one of them out"),
     ] {
         fs::write(&config, text).unwrap();
         let sentence = server(&["--config", config.to_str().unwrap()]);
         assert!(sentence.contains(said), "{text}: {sentence}");
     }
     assert!(server(&["--config", "no-such.toml"]).contains("no-such.toml"));
+    assert!(server(&["--clay", "mud"]).contains("stiff, throwing, soft or slip"));
+    assert!(server(&["--wetness", "-0.5"]).contains("from 0 to 1"));
+    assert!(server(&["--wetness", "0.5", "--clay", "soft"]).contains("--clay"));
     assert!(sentence(&headless(&out, &["--seconds=0"])).contains("0.5"));
+    for (arguments, said) in [
+        (&["--clay", "mud"][..], "slip"),
+        (&["--wetness", "1.5"], "from 0 to 1"),
+        (&["--wetness", "-0.5"], "from 0 to 1"),
+        (&["--wetness", "nan"], "from 0 to 1"),
+        (&["--wetness", "damp"], "a number from 0.0 to 1.0"),
+        (&["--clay", "soft", "--wetness", "0.5"], "--wetness"),
+    ] {
+        let sentence = sentence(&headless(&out, arguments));
+        assert!(sentence.contains(said), "{arguments:?}: {sentence}");
+    }
     fs::remove_dir_all(out).unwrap();
 }
 

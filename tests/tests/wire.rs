@@ -5,7 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use pottery_shared::protocol::{
-    self, Body, CONTROL_MAX, DATAGRAM_MEMORY_MAX, Fragment, FrameReader, Greeting, Hello, Inputs, JoinCode,
+    self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FrameReader, Greeting, Hello, Inputs, JoinCode,
     JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal, Request, Run,
     ToolWire, Welcome, WheelWire,
 };
@@ -68,10 +68,14 @@ fn hello() -> impl Strategy<Value = Hello> {
     (text(), any::<u16>()).prop_map(|(code, wheel)| Hello { code, wheel })
 }
 
+fn clay() -> impl Strategy<Value = ClayWire> {
+    any::<[f32; 3]>().prop_map(|[viscosity_s, youngs_pa, yield_pa]| ClayWire { viscosity_s, youngs_pa, yield_pa })
+}
+
 fn request() -> impl Strategy<Value = Request> {
     prop_oneof![
         any::<f32>().prop_map(|rpm| Request::WheelSpeed { rpm }),
-        any::<f32>().prop_map(|seconds| Request::Viscosity { seconds }),
+        clay().prop_map(|clay| Request::Clay { clay }),
         any::<u32>().prop_map(|have| Request::Resync { have }),
         Just(Request::Leave),
     ]
@@ -99,10 +103,15 @@ fn welcome() -> impl Strategy<Value = Welcome> {
         radius_m,
         wall_m,
     });
-    let viscosity = prop::collection::vec(any::<(u64, f32)>(), 0..20);
+    let clay = prop::collection::vec((any::<u64>(), clay()), 0..20);
     let wheel = prop::collection::vec(wheel(), 0..20);
-    (any::<(u16, u64, u8)>(), pot, wheel, viscosity).prop_map(|((client, now, method), pot, wheel, viscosity)| {
-        Welcome { client, now, pot, wheel, viscosity, method }
+    (any::<(u16, u64, u8)>(), pot, wheel, clay).prop_map(|((client, now, method), pot, wheel, clay)| Welcome {
+        client,
+        now,
+        pot,
+        wheel,
+        clay,
+        method,
     })
 }
 
@@ -111,7 +120,7 @@ fn notice() -> impl Strategy<Value = Notice> {
         welcome().prop_map(Notice::Welcome),
         refusal().prop_map(Notice::Refused),
         (any::<u64>(), any::<i32>()).prop_map(|(from, rate)| Notice::Wheel { from, rate }),
-        any::<(u64, f32)>().prop_map(|(from, seconds)| Notice::Viscosity { from, seconds }),
+        (any::<u64>(), clay()).prop_map(|(from, clay)| Notice::Clay { from, clay }),
         Just(Notice::Closing),
     ]
 }
@@ -316,6 +325,27 @@ proptest! {
         }
         prop_assert_eq!(reader.next_frame(), Err(ProtocolError::TooLong { bytes: length, limit: CONTROL_MAX }));
     }
+}
+
+#[test]
+fn clay_takes_twelve_bytes_and_the_longest_welcome_passes() {
+    let clay = ClayWire { viscosity_s: 0.1195, youngs_pa: 2e6, yield_pa: 40e3 };
+    assert_eq!(protocol::encode(&clay).len(), 12);
+    assert_eq!(protocol::encode(&Request::Clay { clay }).len(), 13);
+    // one byte says which notice it is, nine that the tick is a large number
+    assert_eq!(protocol::encode(&Notice::Clay { from: u64::MAX, clay }).len(), 22);
+    // a wheel remembers 256 changes of each setting, and a newcomer is told of them all
+    let welcome = Notice::Welcome(Welcome {
+        client: u16::MAX,
+        now: 1 << 48,
+        pot: PotWire { columns: 1440, rows: 1600, height_m: 0.2, radius_m: 0.06, wall_m: 0.008 },
+        wheel: vec![WheelWire { from: 1 << 48, phase: u32::MAX, rate: i32::MIN }; 256],
+        clay: vec![(1 << 48, clay); 256],
+        method: 2,
+    });
+    let bytes = protocol::encode(&welcome);
+    println!("{} bytes of {CONTROL_MAX}", bytes.len());
+    assert_eq!(protocol::decode::<CONTROL_MAX, Notice>(&bytes), Ok(welcome));
 }
 
 #[test]

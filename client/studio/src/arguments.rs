@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::Target;
 use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
-use pottery_shared::clay::MethodKind;
+use pottery_shared::clay::{Material, MethodKind, Preset, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
@@ -36,7 +36,7 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --record mine.csv                       record what you do with the mouse
 
 Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
-the view, +/- tool size, up/down wheel speed, V/B viscosity, R resets the view, Esc leaves.";
+the view, +/- tool size, up/down wheel speed, V/B drier and wetter clay, R resets the view, Esc leaves.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -57,6 +57,12 @@ struct HostFlags {
     /// How the clay deforms
     #[arg(long, value_enum, default_value_t = MethodName::Improved)]
     method: MethodName,
+    /// Clay as potters name it; everybody at the wheel may change it later
+    #[arg(long, value_enum, default_value_t = ClayName::Throwing)]
+    clay: ClayName,
+    /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs); not together with --clay
+    #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
+    wetness: Option<Wetness>,
     /// Work without a window
     #[arg(long)]
     headless: bool,
@@ -103,6 +109,29 @@ enum MethodName {
     Improved,
     /// The studio's own: elastic up to yield, plastic beyond, displaced clay comes back as a rim
     Plastic,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ClayName {
+    /// Wetness 0.10: keeps its shape, needs force
+    Stiff,
+    /// Wetness 0.27: for throwing
+    Throwing,
+    /// Wetness 0.45: gives way easily
+    Soft,
+    /// Wetness 1.0: hardly carries itself
+    Slip,
+}
+
+impl ClayName {
+    const fn preset(self) -> Preset {
+        match self {
+            Self::Stiff => Preset::Stiff,
+            Self::Throwing => Preset::Throwing,
+            Self::Soft => Preset::Soft,
+            Self::Slip => Preset::Slip,
+        }
+    }
 }
 
 /// How a scripted hand holds its tool.
@@ -154,6 +183,11 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+fn wetness(text: &str) -> Result<Wetness, String> {
+    let index = text.parse().map_err(|_| "choose a number from 0.0 to 1.0")?;
+    Wetness::new(index).map_err(|error| error.to_string())
+}
+
 /// The strokes that potters replay when they are given no others: the paper's evaluation stroke first.
 const STROKES: [(&str, &str); 4] = [
     ("evaluation.csv", include_str!("../../../tests/data/strokes/evaluation.csv")),
@@ -201,6 +235,7 @@ impl HostFlags {
                 MethodName::Improved => MethodKind::Improved,
                 MethodName::Plastic => MethodKind::Plastic,
             },
+            clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
             ..ServerConfig::default()
         }
     }

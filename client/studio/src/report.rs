@@ -6,6 +6,8 @@
 
 use pottery_client::PotterReport;
 use pottery_server::Standing;
+use pottery_shared::clay::Material;
+use pottery_shared::units::Tick;
 use serde::Serialize;
 
 type Histogram = hdrhistogram::Histogram<u64>;
@@ -17,12 +19,22 @@ pub(crate) struct SessionReport {
     elements: usize,
     seconds: f64,
     potters: usize,
+    clay: Clay,
     haptic: Haptic,
     network: Network,
     prediction_error_mm: Spread,
     digest: Digests,
     pressed_volume_mm3: f64,
     server: ServerFigures,
+}
+
+/// What the clay was made of at the end, as the first client knew it.
+#[derive(Debug, Serialize)]
+struct Clay {
+    wetness: f64,
+    yield_kpa: f64,
+    youngs_mpa: f64,
+    viscosity_ms: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -108,6 +120,17 @@ fn spread(histogram: &Histogram, scale: f64) -> Spread {
     Spread { p50: at(0.5), p99: at(0.99), max: histogram.max() as f64 * scale }
 }
 
+/// A material in the units of the file, to four decimals.
+fn clay(material: Material) -> Clay {
+    let rounded = |value: f32| (f64::from(value) * 1e4).round() / 1e4;
+    Clay {
+        wetness: rounded(material.wetness().liquidity_index()),
+        yield_kpa: rounded(material.strength.yield_pa * 1e-3),
+        youngs_mpa: rounded(material.strength.youngs_pa * 1e-6),
+        viscosity_ms: rounded(material.viscosity.0 * 1e3),
+    }
+}
+
 fn hexadecimal(digest: u64) -> String {
     format!("{digest:016x}")
 }
@@ -128,6 +151,7 @@ impl SessionReport {
             elements: server.pots[0].spec().shape.elements(),
             seconds,
             potters: reports.len(),
+            clay: clay(reports[0].view.conditions.material.at(Tick(server.ticks))),
             haptic: Haptic {
                 ticks: haptic().map(|part| part.ticks).sum(),
                 late_ticks: haptic().map(|part| part.late_ticks).sum(),
@@ -177,12 +201,14 @@ impl SessionReport {
         let Haptic { ticks, late_ticks, period_us, step_us, force_n, .. } = &self.haptic;
         let network = &self.network;
         let error = &self.prediction_error_mm;
+        let clay = &self.clay;
         let agreement = match self.diverged().as_slice() {
             [] => format!("all {} clients hold the server's clay ({})", self.potters, self.digest.server),
             numbers => format!("clients {numbers:?} do NOT hold the server's clay"),
         };
         format!(
             "potters    {} for {:.1} s on {} elements, {:.1} cm³ pressed away\n\
+             clay       wetness {:.2}: yields at {:.1} kPa, E {:.2} MPa, gives way in {:.0} ms\n\
              hand       {ticks} ticks, {:.2} % late; period p50 {:.0} µs, p99 {:.0} µs; \
              a tick's work p50 {:.0} µs, p99 {:.0} µs\n\
              force      p50 {:.2} N, max {:.2} N\n\
@@ -193,6 +219,10 @@ impl SessionReport {
             self.seconds,
             self.elements,
             self.pressed_volume_mm3 * 1e-3,
+            clay.wetness,
+            clay.yield_kpa,
+            clay.youngs_mpa,
+            clay.viscosity_ms,
             *late_ticks as f64 * 100.0 / (*ticks).max(1) as f64,
             period_us.p50,
             period_us.p99,

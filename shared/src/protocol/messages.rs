@@ -40,10 +40,10 @@ pub enum Request {
         /// Turns a minute.
         rpm: f32,
     },
-    /// Make the clay give way with this time constant.
-    Viscosity {
-        /// τ, s.
-        seconds: f32,
+    /// Make the wheel's clay another.
+    Clay {
+        /// What it is made of.
+        clay: ClayWire,
     },
     /// Send everything newer than `have`: something was lost.
     Resync {
@@ -102,6 +102,17 @@ pub struct PotWire {
     pub wall_m: f32,
 }
 
+/// What clay is made of; twelve bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Encode, Decode)]
+pub struct ClayWire {
+    /// Time constant τ with which it gives way, s.
+    pub viscosity_s: f32,
+    /// Young's modulus E, Pa.
+    pub youngs_pa: f32,
+    /// Yield stress σ_y, Pa.
+    pub yield_pa: f32,
+}
+
 /// The wheel's phase and turning.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct WheelWire {
@@ -124,8 +135,8 @@ pub struct Welcome {
     pub pot: PotWire,
     /// The wheel's turning, earliest first, scheduled changes included.
     pub wheel: Vec<WheelWire>,
-    /// Time constant of the clay τ (s) and the tick from which it holds, earliest first.
-    pub viscosity: Vec<(u64, f32)>,
+    /// What the clay is made of and the tick from which it is, earliest first.
+    pub clay: Vec<(u64, ClayWire)>,
     /// Number of the deformation method.
     pub method: u8,
 }
@@ -144,12 +155,12 @@ pub enum Notice {
         /// Phase steps a tick.
         rate: i32,
     },
-    /// The clay's time constant changes.
-    Viscosity {
-        /// First tick at which it holds.
+    /// The clay becomes another.
+    Clay {
+        /// First tick at which it is.
         from: u64,
-        /// τ, s.
-        seconds: f32,
+        /// What it is made of.
+        clay: ClayWire,
     },
     /// The server stops.
     Closing,

@@ -8,11 +8,11 @@ use alloc::vec::Vec;
 
 use super::{Lane, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
-use crate::protocol::{self, Body, Fragment, Keyframe, Notice, PotWire, ToolWire, Welcome, WheelWire};
+use crate::protocol::{self, Body, ClayWire, Fragment, Keyframe, Notice, PotWire, ToolWire, Welcome, WheelWire};
 use crate::session::{Peer, Refusals};
 use crate::snapshot::{Author, Delta, SnapshotClock, Touched, Version};
 use crate::tool::ToolSample;
-use crate::units::{Rpm, Seconds, Tick};
+use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
 const NOTICE_TICKS: i64 = 200;
@@ -60,7 +60,7 @@ pub(super) struct Bench {
     conditions: Conditions,
     /// First tick of the latest change that was not told yet.
     untold_wheel: Option<Tick>,
-    untold_viscosity: Option<Tick>,
+    untold_clay: Option<Tick>,
     substep: SubStep,
     seats: BTreeMap<PeerId, Seat>,
     recent: VecDeque<Recent>,
@@ -73,17 +73,19 @@ pub(super) struct Bench {
 }
 
 impl Bench {
-    pub(super) fn new(mut pot: Pot, method: MethodKind, wheel_speed: Rpm) -> Self {
+    pub(super) fn new(mut pot: Pot, method: MethodKind, wheel_speed: Rpm, clay: Material) -> Self {
         let author = Author::new(&mut pot);
         let wheel = Wheel::starting_at(Tick(0), crate::clay::Phase(0), Wheel::rate_of(wheel_speed));
+        // as it arrives at the clients
+        let clay = Material::from(ClayWire::from(clay));
         Self {
             touched: Touched::none(pot.surfaces().iter().map(Surface::shape)),
             substep: SubStep::for_grid(pot.spec().shape),
             pot,
             author,
-            conditions: Conditions { wheel, material: Schedule::default(), method },
+            conditions: Conditions { wheel, material: Schedule::new(clay), method },
             untold_wheel: None,
-            untold_viscosity: None,
+            untold_clay: None,
             seats: BTreeMap::new(),
             recent: VecDeque::new(),
             pulses: 0,
@@ -130,7 +132,7 @@ impl Bench {
                 .segments()
                 .map(|(from, phase, rate)| WheelWire { from: from.0, phase: phase.0, rate })
                 .collect(),
-            viscosity: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.viscosity.0)).collect(),
+            clay: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.into())).collect(),
             method: self.conditions.method.number(),
         };
         let notice = Peer::notice(&Notice::Welcome(welcome));
@@ -164,10 +166,10 @@ impl Bench {
         self.untold_wheel = Some(from);
     }
 
-    pub(super) fn set_viscosity(&mut self, seconds: f32, now: Tick) {
+    pub(super) fn set_clay(&mut self, clay: ClayWire, now: Tick) {
         let from = change_after(now);
-        self.conditions.material.set(from, Material::new(Seconds(seconds)));
-        self.untold_viscosity = Some(from);
+        self.conditions.material.set(from, clay.into());
+        self.untold_clay = Some(from);
     }
 
     /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.
@@ -176,9 +178,9 @@ impl Bench {
             let rate = self.conditions.wheel.rate(from);
             self.tell_all(&Notice::Wheel { from: from.0, rate }, outbox);
         }
-        if let Some(from) = self.untold_viscosity.take() {
-            let seconds = self.conditions.material.at(from).viscosity.0;
-            self.tell_all(&Notice::Viscosity { from: from.0, seconds }, outbox);
+        if let Some(from) = self.untold_clay.take() {
+            let clay = self.conditions.material.at(from).into();
+            self.tell_all(&Notice::Clay { from: from.0, clay }, outbox);
         }
     }
 

@@ -16,7 +16,7 @@ use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
 use crate::snapshot::{Replica, SnapshotError, Touched, Version};
 use crate::tool::{Position, Sphere, ToolSample};
-use crate::units::{Metres, Seconds, Tick};
+use crate::units::{Metres, Tick};
 
 /// Why a session cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -238,8 +238,8 @@ impl Client {
                 self.conditions.wheel.schedule(Tick(from), rate);
                 self.events.push_back(ClientEvent::Conditions);
             }
-            Notice::Viscosity { from, seconds } => {
-                self.conditions.material.set(Tick(from), Material::new(Seconds(seconds)));
+            Notice::Clay { from, clay } => {
+                self.conditions.material.set(Tick(from), clay.into());
                 self.events.push_back(ClientEvent::Conditions);
             }
             Notice::Closing => self.events.push_back(ClientEvent::Closing),
@@ -415,7 +415,7 @@ fn conditions_of(welcome: &Welcome) -> Conditions {
     for segment in segments {
         conditions.wheel.schedule(Tick(segment.from), segment.rate);
     }
-    let mut entries = welcome.viscosity.iter().map(|(from, seconds)| (Tick(*from), Material::new(Seconds(*seconds))));
+    let mut entries = welcome.clay.iter().map(|&(from, clay)| (Tick(from), Material::from(clay)));
     if let Some((_, material)) = entries.next() {
         conditions.material = Schedule::new(material);
     }

@@ -12,9 +12,9 @@ use pottery_client::device::Pointer;
 use pottery_client::render::{Camera, Scene, ToolView};
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
-use pottery_shared::clay::Phase;
+use pottery_shared::clay::{Material, Phase, Wetness};
 use pottery_shared::tool::Sphere;
-use pottery_shared::units::{Metres, Rpm, Seconds};
+use pottery_shared::units::{Metres, Rpm};
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
@@ -22,7 +22,7 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Window, WindowId};
 
 use super::hand::Hand;
-use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, TOOL_MM, VISCOSITY_MS};
+use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, TOOL_MM, WETNESS};
 use super::stage::{PanelShapes, Stage};
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
@@ -32,6 +32,8 @@ const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// A push by one step of the mouse wheel or one key, m.
 const PUSH_STEP_M: f32 = 0.001;
+/// What one key makes the clay wetter or drier by.
+const WETNESS_STEP: f32 = 0.02;
 /// People's colours, linear RGB, in the order of their joining.
 const COLOURS: [[f32; 3]; 8] = [
     [0.05, 0.45, 0.75],
@@ -53,12 +55,12 @@ const HEARD_WITHIN: Duration = Duration::from_secs(1);
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Settings {
     rpm: f32,
-    viscosity_ms: f32,
+    wetness: f32,
 }
 
 impl Settings {
     fn of(panel: &PanelState) -> Self {
-        Self { rpm: panel.rpm, viscosity_ms: panel.viscosity_ms }
+        Self { rpm: panel.rpm, wetness: panel.wetness }
     }
 }
 
@@ -108,7 +110,7 @@ impl App {
         let panel = PanelState {
             rpm: view.conditions.wheel.speed(potter.tick()).0,
             tool_mm: tool.radius().as_mm(),
-            viscosity_ms: view.conditions.material.at(potter.tick()).viscosity.0 * 1e3,
+            wetness: view.conditions.material.at(potter.tick()).wetness().liquidity_index(),
             pushed_mm: 0.0,
             force_n: 0.0,
             is_touching: false,
@@ -200,10 +202,10 @@ impl App {
             Key::Character("+" | "=") => self.panel.tool_mm = (self.panel.tool_mm + 1.0).min(TOOL_MM.1),
             Key::Character("-") => self.panel.tool_mm = (self.panel.tool_mm - 1.0).max(TOOL_MM.0),
             Key::Character("v" | "V") => {
-                self.panel.viscosity_ms = (self.panel.viscosity_ms * 1.25).min(VISCOSITY_MS.1);
+                self.panel.wetness = (self.panel.wetness - WETNESS_STEP).max(WETNESS.0);
             }
             Key::Character("b" | "B") => {
-                self.panel.viscosity_ms = (self.panel.viscosity_ms / 1.25).max(VISCOSITY_MS.0);
+                self.panel.wetness = (self.panel.wetness + WETNESS_STEP).min(WETNESS.1);
             }
             Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
             Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
@@ -247,8 +249,8 @@ impl App {
         if wanted.rpm != self.settings.rpm {
             self.command(Command::WheelSpeed(Rpm(wanted.rpm)));
         }
-        if wanted.viscosity_ms != self.settings.viscosity_ms {
-            self.command(Command::Viscosity(Seconds(wanted.viscosity_ms * 1e-3)));
+        if wanted.wetness != self.settings.wetness {
+            self.command(Command::Clay(Material::from_wetness(Wetness::nearest(wanted.wetness))));
         }
         self.settings = wanted;
     }
@@ -316,12 +318,12 @@ impl App {
         // what somebody else set shows here, unless the own wish is still on its way
         let soon = self.potter.tick().offset(1000);
         let rpm = view.conditions.wheel.speed(soon).0;
-        let viscosity_ms = view.conditions.material.at(soon).viscosity.0 * 1e3;
+        let wetness = view.conditions.material.at(soon).wetness().liquidity_index();
         drop(view);
         let is_waiting = Settings::of(&self.panel) != self.settings || self.asked_at.elapsed() < HEARD_WITHIN;
         if !is_waiting {
             self.panel.rpm = rpm;
-            self.panel.viscosity_ms = viscosity_ms;
+            self.panel.wetness = wetness;
             self.settings = Settings::of(&self.panel);
         }
     }

@@ -6,6 +6,7 @@
 use std::net::SocketAddr;
 
 use egui::{Align2, Color32, RichText};
+use pottery_shared::clay::{Material, Preset, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// What others type to join.
@@ -39,7 +40,8 @@ pub(super) struct Person {
 pub(super) struct PanelState {
     pub(super) rpm: f32,
     pub(super) tool_mm: f32,
-    pub(super) viscosity_ms: f32,
+    /// How wet the clay is, a liquidity index.
+    pub(super) wetness: f32,
     pub(super) pushed_mm: f32,
     pub(super) force_n: f32,
     pub(super) is_touching: bool,
@@ -56,7 +58,9 @@ pub(super) struct PanelState {
 /// Ranges of the controls.
 pub(super) const RPM_MAX: f32 = 300.0;
 pub(super) const TOOL_MM: (f32, f32) = (2.0, 35.0);
-pub(super) const VISCOSITY_MS: (f32, f32) = (10.0, 2000.0);
+pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetness::WETTEST.liquidity_index());
+/// A preset's button is lit this near to it: as far as the slider shows.
+const PRESET_WITHIN: f32 = 0.005;
 
 const KEYS: [(&str, &str); 9] = [
     ("left button", "press the tool in"),
@@ -65,7 +69,7 @@ const KEYS: [(&str, &str); 9] = [
     ("Ctrl + wheel", "closer, farther"),
     ("up, down, space", "wheel faster, slower, stop"),
     ("+ -", "larger, smaller tool"),
-    ("V B", "stiffer, softer clay"),
+    ("V B", "drier, wetter clay"),
     ("R", "view as at first"),
     ("H, Esc", "these keys, leave"),
 ];
@@ -94,8 +98,8 @@ pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: 
             }
             ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text("wheel, rpm").integer());
             ui.add(egui::Slider::new(&mut state.tool_mm, TOOL_MM.0..=TOOL_MM.1).text("tool, mm"));
-            let viscosity = egui::Slider::new(&mut state.viscosity_ms, VISCOSITY_MS.0..=VISCOSITY_MS.1);
-            ui.add(viscosity.logarithmic(true).integer().text("viscosity, ms"));
+            ui.separator();
+            show_clay(ui, &mut state.wetness);
             ui.separator();
             let bar =
                 egui::ProgressBar::new((state.force_n / 3.3).clamp(0.0, 1.0)).text(format!("{:.2} N", state.force_n));
@@ -140,6 +144,31 @@ pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: 
             });
         });
     }
+}
+
+/// Presets, one control of wetness, and what the clay then is.
+fn show_clay(ui: &mut egui::Ui, wetness: &mut f32) {
+    ui.horizontal(|ui| {
+        for preset in Preset::ALL {
+            let index = preset.wetness().liquidity_index();
+            if ui.selectable_label((*wetness - index).abs() < PRESET_WITHIN, preset.name()).clicked() {
+                *wetness = index;
+            }
+        }
+    });
+    // shown to two decimals and not rounded to them: what somebody else set is not to be asked for anew
+    let slider = egui::Slider::new(wetness, WETNESS.0..=WETNESS.1).custom_formatter(|value, _| format!("{value:.2}"));
+    ui.add(slider.text("wetness"));
+    let material = Material::from_wetness(Wetness::nearest(*wetness));
+    ui.label(
+        RichText::new(format!(
+            "yields at {:.0} kPa, E {:.2} MPa, {:.0} ms",
+            material.strength.yield_pa * 1e-3,
+            material.strength.youngs_pa * 1e-6,
+            material.viscosity.0 * 1e3
+        ))
+        .small(),
+    );
 }
 
 /// The connection in a word.
