@@ -1,7 +1,7 @@
 //! Scenarios, network simulator and golden data of the pottery studio.
 //!
 //! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
-//! [`proxy`] on real sockets. Knows nothing of clay.
+//! [`proxy`] on real sockets; the [`reference`](mod@reference) dents and the [`yardstick`] methods of other authors.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod dent;
@@ -10,3 +10,4 @@ pub mod line;
 pub mod network;
 pub mod proxy;
 pub mod reference;
+pub mod yardstick;
