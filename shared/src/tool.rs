@@ -64,6 +64,19 @@ impl Default for Sphere {
     }
 }
 
+/// On which side of the wall a tool works.
+///
+/// It follows from where the tool came, over the rim or not, and never from where it is: a hand that pushes deep does not
+/// come out inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Pushes towards the axis.
+    #[default]
+    Outside,
+    /// Pushes away from the axis.
+    Inside,
+}
+
 /// Where a tool stands, in steps of [`Position::STEP`]: what a client presses with is exactly what it sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Position(pub [i32; 3]);

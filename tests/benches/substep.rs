@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::Vec3;
-use pottery_shared::clay::{Material, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Surface};
+use pottery_shared::clay::{Material, MethodKind, Pot, PotSpec, Press, SubStep, Surface};
 use pottery_shared::snapshot::{Author, Touched};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Seconds};
@@ -39,7 +39,7 @@ fn run(method: MethodKind, tool_mm: f32, depth_mm: f32) {
         let turn = step as f32 * 1e-3 * std::f32::consts::TAU;
         let distance = (60.0 + tool_mm - depth_mm) * 1e-3;
         let centre_m = Vec3::new(distance * turn.cos(), distance * turn.sin(), 0.05 + step as f32 * 5e-5);
-        let press = Press { tool, centre_m, turning: 1, response, strength: Strength::default() };
+        let press = Press { turning: 1, response, ..Press::held(tool, centre_m) };
         let begin = Instant::now();
         let contacts =
             substep.advance(&mut pot, &[press], method, |surface, window| touched.add_window(surface, window));

@@ -7,8 +7,7 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Conditions, Contact, Footprint, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Press, Strength, SubStep,
-    Wheel,
+    Conditions, Contact, Footprint, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel,
 };
 use pottery_shared::tool::{Position, Sphere, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
@@ -29,13 +28,7 @@ fn sphere(radius_mm: f32) -> Sphere {
 fn press(radius_mm: f32, depth_mm: f32, angle_rad: f64, z_m: f32, dt: Seconds) -> Press {
     let distance_m = f64::from(60.0 + radius_mm - depth_mm) * 1e-3;
     let centre_m = Vec3::new((distance_m * angle_rad.cos()) as f32, (distance_m * angle_rad.sin()) as f32, z_m);
-    Press {
-        tool: sphere(radius_mm),
-        centre_m,
-        turning: 0,
-        response: Material::default().response(dt),
-        strength: Strength::default(),
-    }
+    Press { turning: 0, response: Material::default().response(dt), ..Press::held(sphere(radius_mm), centre_m) }
 }
 
 /// Presses for a number of sub-steps and returns the last contact.

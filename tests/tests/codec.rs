@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::Vec3;
-use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Surface, Wheel};
+use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Surface, Wheel};
 use pottery_shared::snapshot::{Author, Delta, Replica, SnapshotClock, SnapshotError, Touched, Version};
 use pottery_shared::tool::{Position, Sphere, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Tick};
@@ -67,11 +67,12 @@ impl Origin {
 fn press() -> impl Strategy<Value = Press> {
     let place = (30.0_f32..100.0, -3.2_f32..3.2, -20.0_f32..220.0);
     (place, 0.5_f32..40.0, 0.001_f32..1.0).prop_map(|((distance_mm, angle_rad, z_mm), radius_mm, response)| Press {
-        tool: Sphere::new(Metres::from_mm(radius_mm)).unwrap(),
-        centre_m: Vec3::new(distance_mm * angle_rad.cos(), distance_mm * angle_rad.sin(), z_mm) * 1e-3,
         turning: 1,
         response,
-        strength: Strength::default(),
+        ..Press::held(
+            Sphere::new(Metres::from_mm(radius_mm)).unwrap(),
+            Vec3::new(distance_mm * angle_rad.cos(), distance_mm * angle_rad.sin(), z_mm) * 1e-3,
+        )
     })
 }
 
@@ -217,7 +218,7 @@ proptest! {
         let centre_m = Vec3::new(0.062, 0.0, 0.1);
         let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
         let before = origin.pot.clone();
-        origin.press(&[Press { tool, centre_m, turning: 0, response, strength: Strength::default() }], MethodKind::Original);
+        origin.press(&[Press { turning: 0, response, ..Press::held(tool, centre_m) }], MethodKind::Original);
         prop_assert!(before != origin.pot, "nothing was pressed");
         prop_assert_eq!(origin.publish(), 0);
         prop_assert!(before == origin.pot, "the author keeps what the replicas do not have");
@@ -295,13 +296,7 @@ fn every_truncation_of_a_delta_leaves_sound_clay() {
     let mut origin = Origin::new(small_spec());
     let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
     origin.press(
-        &[Press {
-            tool,
-            centre_m: Vec3::new(0.07, 0.0, 0.1),
-            turning: 1,
-            response: 0.3,
-            strength: Strength::default(),
-        }],
+        &[Press { turning: 1, response: 0.3, ..Press::held(tool, Vec3::new(0.07, 0.0, 0.1)) }],
         MethodKind::Improved,
     );
     assert!(origin.publish() > 20);

@@ -12,7 +12,7 @@ use glam::Vec3;
 use pottery_client::HapticLoop;
 use pottery_client::boundary::{NetSide, boundary};
 use pottery_client::device::Device;
-use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, Strength, SubStep, Wheel};
+use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
 use pottery_shared::haptics::{Fault, ForceLimits, Haptics};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::Sphere;
@@ -208,13 +208,7 @@ fn hand_comes_to_corrected_clay_with_its_own_latest_samples_on_it() {
     let mut substep = SubStep::for_grid(PotSpec::default().shape);
     // what somebody else did to the clay, which the hand does not know
     let mut pot = Pot::new(PotSpec::default()).unwrap();
-    let press = Press {
-        tool: Sphere::default(),
-        centre_m: Vec3::new(-0.069, 0.0, 0.05),
-        turning: 1,
-        response: 0.5,
-        strength: Strength::default(),
-    };
+    let press = Press { turning: 1, response: 0.5, ..Press::held(Sphere::default(), Vec3::new(-0.069, 0.0, 0.05)) };
     substep.advance(&mut pot, &[press], MethodKind::Original, |_, _| {});
     let mut corrected = Field::new(pot, Tick(300));
     let mut late = Vec::new();

@@ -8,7 +8,7 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
-use pottery_shared::clay::{Contact, GridShape, MethodKind, Pot, PotSpec, Press, Strength, SubStep};
+use pottery_shared::clay::{Contact, GridShape, MethodKind, Pot, PotSpec, Press, SubStep};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::Metres;
 use proptest::prelude::*;
@@ -29,7 +29,7 @@ fn sphere(radius_mm: f32) -> Sphere {
 fn press(radius_mm: f32, depth_mm: f32, angle_rad: f32, z_mm: f32, response: f32) -> Press {
     let distance_mm = RADIUS_MM + radius_mm - depth_mm;
     let centre_mm = Vec3::new(distance_mm * angle_rad.cos(), distance_mm * angle_rad.sin(), z_mm);
-    Press { tool: sphere(radius_mm), centre_m: centre_mm * 1e-3, turning: 1, response, strength: Strength::default() }
+    Press { turning: 1, response, ..Press::held(sphere(radius_mm), centre_mm * 1e-3) }
 }
 
 /// A press within reach of every other one of the same `angle_rad` and `z_mm`.
@@ -175,13 +175,7 @@ proptest! {
     ) {
         let presses: Vec<_> = presses
             .into_iter()
-            .map(|(centre, radius_mm)| Press {
-                tool: sphere(radius_mm),
-                centre_m: Vec3::from_array(centre),
-                turning: -1,
-                response: 1.0,
-                strength: Strength::default(),
-            })
+            .map(|(centre, radius_mm)| Press { turning: -1, response: 1.0, ..Press::held(sphere(radius_mm), Vec3::from_array(centre)) })
             .collect();
         for method in METHODS {
             let (pot, contacts) = pressed(&presses, method);
@@ -213,13 +207,7 @@ fn tool_in_an_odd_place_leaves_the_radii_within_bounds() {
                 let mut pot = Pot::new(spec).unwrap();
                 let mut substep = SubStep::for_grid(spec.shape);
                 let centre_m = Vec3::from_array(centre_mm) * 1e-3;
-                let press = Press {
-                    tool: sphere(radius_mm),
-                    centre_m,
-                    turning: 1,
-                    response: 1.0,
-                    strength: Strength::default(),
-                };
+                let press = Press { turning: 1, response: 1.0, ..Press::held(sphere(radius_mm), centre_m) };
                 for _ in 0..20 {
                     let contact = substep.advance(&mut pot, &[press, press], method, |_, _| {})[0];
                     assert!(contact.force_n.is_finite(), "{what}: {contact:?}");

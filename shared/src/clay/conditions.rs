@@ -4,7 +4,7 @@
 //! Invariant: the same sample under the same conditions is the same press, bit for bit.
 
 use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
-use crate::tool::ToolSample;
+use crate::tool::{Side, ToolSample};
 use crate::units::Tick;
 
 /// Everything about a wheel that is not clay.
@@ -26,6 +26,7 @@ impl Conditions {
         Press {
             tool: sample.tool,
             centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
+            side: Side::Outside,
             turning: self.wheel.rate(sample.tick).signum() as i8,
             response: material.response(Tick::PERIOD),
             strength: material.strength,

@@ -1,120 +1,258 @@
-//! Collision of a sphere with the circular sector elements, and the contact force of the original CSEM.
+//! Collision of a sphere with the circular sector elements: which are touched, and how deep.
 //!
-//! The collision is shared by all methods, the force by both published ones.
-//! Invariant: only the elements that the sphere can reach are visited.
+//! Shared by all methods; what a touch does to the clay is theirs.
+//! Invariant: only rows and columns within the sphere's reach are visited, and every touched element stands in exactly
+//! one chunk.
+
+use alloc::vec::Vec;
 
 use glam::Vec3;
+use wide::f32x8;
 
-use super::{Contact, Footprint, Press, Surface, Window};
+use super::{Press, Surface, Window};
+use crate::tool::Side;
 
-/// The original gives its constants for a pot of 50 units height; forces scale with penetration in those units.
-const UNITS_PER_HEIGHT: f32 = 50.0;
-/// Point-contact stiffness over all elements, N a unit: k_p = 504 / N with N the number of elements of the model.
-const POINT_STIFFNESS: f32 = 504.0;
-/// Line-contact stiffness, N a unit of the largest penetration.
-const LINE_STIFFNESS: f32 = 0.6;
-/// Drag of the turning clay, N a unit of the largest penetration.
-const ROTATION_STIFFNESS: f32 = 0.35;
+/// Elements worked on at once. The lanes are written out, so that their sums are the same whatever the machine offers.
+pub(super) const LANES: usize = 8;
+
+/// Eight neighbouring elements of a column, of which the tool touches at least one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chunk {
+    /// Column in the grid, and row of the first lane: a multiple of [`LANES`].
+    pub(super) column: u32,
+    pub(super) row: u32,
+    /// Angle from the tool to the column, rad.
+    pub(super) angle_rad: f32,
+    /// Direction of the column's ray.
+    pub(super) cos: f32,
+    pub(super) sin: f32,
+    /// The tool's centre along the ray and across it, m.
+    pub(super) along_m: f32,
+    pub(super) aside_m: f32,
+    /// Depth p of the tool in the clay, m; zero where it does not touch.
+    pub(super) penetration_m: f32x8,
+    /// Half the length of the ray within the sphere, m; zero where it does not touch.
+    pub(super) half_chord_m: f32x8,
+    /// Radius r of the elements, m.
+    pub(super) radius_m: f32x8,
+    /// Height above the tool's centre, m; infinite beyond the rim.
+    pub(super) above_m: f32x8,
+}
+
+impl Chunk {
+    /// All bits set where the tool touches.
+    pub(super) fn touched(&self) -> f32x8 {
+        self.penetration_m.simd_gt(f32x8::ZERO)
+    }
+}
+
+/// The touched elements of one press.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Contacts {
+    pub(super) chunks: Vec<Chunk>,
+    /// Distance of the tool from the axis, m, and its angle, rad.
+    pub(super) distance_m: f32,
+    pub(super) angle_rad: f32,
+    /// Number of touched elements, and the window that holds them.
+    pub(super) elements: u32,
+    pub(super) window: Window,
+    /// Largest penetration, m.
+    pub(super) deepest_m: f32,
+    /// Heights of the window's rows above the tool's centre, m.
+    above_m: Vec<f32x8>,
+}
+
+impl Contacts {
+    /// Room for any press on `elements` elements.
+    pub(super) fn with_room(elements: usize) -> Self {
+        Self {
+            chunks: Vec::with_capacity(elements / LANES + 1),
+            above_m: Vec::with_capacity(elements / LANES + 1),
+            ..Self::default()
+        }
+    }
+
+    /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii.
+    ///
+    /// With the tool (radius R) at H and an element (r, θ, z), `b = H·(cosθ, sinθ)`, `a` the tool's distance from the ray's
+    /// plane, `h = √(R² − a² − (z − H_z)²)` half the ray's length in the sphere: the ray meets the sphere at `s₁,₂ = b ∓ h`.
+    /// From outside the penetration is `p = r − s₁`, at most r; from inside `p = s₂ − r`.
+    pub(super) fn gather(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
+        let reach = Reach::of(surface, press);
+        self.chunks.clear();
+        self.above_m.clear();
+        (self.elements, self.deepest_m) = (0, 0.0);
+        (self.distance_m, self.angle_rad, self.window) = (reach.distance_m, reach.angle_rad, reach.window);
+        let window = reach.window;
+        if window.is_empty() {
+            return;
+        }
+        let (centre, radius_m) = (press.centre_m, press.tool.radius().0);
+        self.fill_heights(surface, centre.z);
+        let mut deepest = f32x8::ZERO;
+        let half_columns = (window.columns / 2) as i32;
+        let whole_ring = window.columns == surface.shape().columns();
+        for (local, column) in window.grid_columns(surface.shape()).enumerate() {
+            let [cos, sin] = surface.direction(column);
+            let (along_m, aside_m) = (centre.x * cos + centre.y * sin, centre.y * cos - centre.x * sin);
+            let reach_squared = radius_m * radius_m - aside_m * aside_m;
+            if reach_squared <= 0.0 {
+                continue;
+            }
+            let angle_rad = if whole_ring {
+                nearest_turn(column as f32 * surface.shape().column_angle_rad() - reach.angle_rad)
+            } else {
+                (local as i32 - half_columns) as f32 * surface.shape().column_angle_rad() - reach.off_column_rad
+            };
+            let at = Ray { column, angle_rad, cos, sin, along_m, aside_m, reach_squared, reach_m: radius_m };
+            self.gather_column(surface, press, behind_m, &at, &mut deepest);
+        }
+        self.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
+    }
+
+    fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
+        let row_height_m = surface.row_height_m();
+        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        for row in (self.window.first_row..self.window.end_row()).step_by(LANES) {
+            let rows = f32x8::splat(row as f32) + lanes;
+            let above = rows * row_height_m - tool_z;
+            let within = rows.simd_lt(f32x8::splat(surface.shape().rows() as f32));
+            self.above_m.push(within.bitselect(above, f32x8::splat(f32::INFINITY)));
+        }
+    }
+
+    /// The rows less than `half_m` above or below the tool, from a multiple of [`LANES`] on, and the row after them.
+    fn rows_within(&self, half_m: f32, surface: &Surface, tool_z: f32) -> (usize, usize) {
+        let row = |z_m: f32| (z_m / surface.row_height_m()).max(0.0) as u32;
+        let first = row(tool_z - half_m) / LANES as u32 * LANES as u32;
+        let end = (row(tool_z + half_m) + 1).next_multiple_of(LANES as u32);
+        let (lowest, highest) = (self.window.first_row, self.window.end_row());
+        (first.clamp(lowest, highest) as usize, end.clamp(lowest, highest) as usize)
+    }
+
+    fn gather_column(&mut self, surface: &Surface, press: &Press, behind_m: f32, at: &Ray, deepest: &mut f32x8) {
+        let (side, tool_z) = (press.side, press.centre_m.z);
+        // no clay is wider than this, so that rows farther up or down cannot be met
+        let apart_m = (at.along_m - surface.widest_m()).max(0.0);
+        let chord_squared = at.reach_squared - apart_m * apart_m;
+        if side == Side::Outside && chord_squared <= 0.0 {
+            return;
+        }
+        let (first, end) = match side {
+            Side::Outside => self.rows_within(libm::sqrtf(chord_squared), surface, tool_z),
+            Side::Inside => (self.window.first_row as usize, self.window.end_row() as usize),
+        };
+        let skipped = (first - self.window.first_row as usize) / LANES;
+        let (radii, last) = surface.column_m(at.column)[first..end].as_chunks::<LANES>();
+        let last = (!last.is_empty()).then(|| load(last).to_array());
+        let along = f32x8::splat(at.along_m);
+        for ((number, lanes), &above) in radii.iter().chain(&last).enumerate().zip(&self.above_m[skipped..]) {
+            let radius = f32x8::new(*lanes);
+            let discriminant = f32x8::splat(at.reach_squared) - above * above;
+            // how far the tool's centre is on its own side of the wall
+            let beyond = match side {
+                Side::Outside => along - radius,
+                Side::Inside => radius - behind_m - along,
+            };
+            let near = beyond.simd_lt(f32x8::ZERO) | (beyond * beyond).simd_lt(discriminant);
+            let touched = discriminant.simd_gt(f32x8::ZERO) & near;
+            if !touched.any() {
+                continue;
+            }
+            let half_chord = (discriminant & touched).sqrt();
+            let mut penetration = (half_chord - beyond) & touched;
+            if side == Side::Outside && at.along_m < at.reach_m {
+                // the tool holds the axis, beyond which there is no clay of this ray
+                penetration = penetration.fast_min(radius) & (along + half_chord).simd_gt(f32x8::ZERO);
+            }
+            penetration = penetration.fast_max(f32x8::ZERO);
+            let met = penetration.simd_gt(f32x8::ZERO).to_bitmask().count_ones();
+            if met == 0 {
+                continue;
+            }
+            self.elements += met;
+            *deepest = deepest.fast_max(penetration);
+            self.chunks.push(Chunk {
+                column: at.column,
+                row: (first + number * LANES) as u32,
+                angle_rad: at.angle_rad,
+                cos: at.cos,
+                sin: at.sin,
+                along_m: at.along_m,
+                aside_m: at.aside_m,
+                penetration_m: penetration,
+                half_chord_m: half_chord,
+                radius_m: radius,
+                above_m: above,
+            });
+        }
+    }
+}
+
+/// A column of elements as the tool sees it.
+struct Ray {
+    column: u32,
+    angle_rad: f32,
+    cos: f32,
+    sin: f32,
+    along_m: f32,
+    aside_m: f32,
+    /// The tool's radius, m, and the square of half its extent along the ray at its own height, m².
+    reach_m: f32,
+    reach_squared: f32,
+}
 
 /// Where the tool stands in the pot's cylindrical coordinates.
 struct Reach {
-    axis_distance_m: f32,
+    distance_m: f32,
     angle_rad: f32,
+    /// The tool's angle beyond its nearest column, rad.
+    off_column_rad: f32,
     window: Window,
 }
 
-/// The elements a sphere can touch: rows |z − H_z| ≤ R and columns |θ − φ| ≤ asin(R/d), all columns once it holds
-/// the axis. (The original used R/d, which leaves out grazed columns when the tool is near the axis.)
-///
-/// None when the tool stands at no finite distance: comparisons with NaN would let every element pass.
-fn reach(surface: &Surface, press: &Press) -> Reach {
-    let shape = surface.shape();
-    let centre = press.centre_m;
-    let radius = press.tool.radius().0;
-    let axis_distance_m = libm::sqrtf(centre.x * centre.x + centre.y * centre.y);
-    let angle_rad = libm::atan2f(centre.y, centre.x);
-    let first_row = libm::ceilf((centre.z - radius) / surface.row_height_m());
-    let last_row = libm::floorf((centre.z + radius) / surface.row_height_m());
-    let column = libm::roundf(angle_rad / shape.column_angle_rad());
-    let half_columns = if axis_distance_m > radius {
-        libm::ceilf(libm::asinf(radius / axis_distance_m) / shape.column_angle_rad()) as u32
-    } else {
-        shape.columns()
-    };
-    let window = if axis_distance_m.is_finite() && centre.z.is_finite() {
-        Window::around(shape, column as i64, half_columns, first_row as i64, last_row as i64)
-    } else {
-        Window::default()
-    };
-    Reach { axis_distance_m, angle_rad, window }
-}
-
-/// An element that the tool presses, seen from the pot's axis with the tool at angle zero.
-pub(super) struct Touched {
-    /// Its column and row in the grid.
-    pub(super) column: u32,
-    pub(super) row: u32,
-    /// Angle Δθ from the tool to the element, rad, with its sine and cosine.
-    pub(super) angle_rad: f32,
-    sin: f32,
-    cos: f32,
-    /// Height above the tool's centre, m.
-    pub(super) above_m: f32,
-    /// Radius of the element, m.
-    pub(super) radius_m: f32,
-    /// s₁, the radius at which the tool's near side meets the element's ray, and the ray's middle within the tool, m.
-    near_m: f32,
-    middle_m: f32,
-    /// r − s₁, m, positive.
-    pub(super) penetration_m: f32,
-}
-
-impl Touched {
-    /// From the point of the tool's surface that presses the element to the tool's centre, m: length R.
-    fn to_centre_m(&self, axis_distance_m: f32) -> Vec3 {
-        Vec3::new(axis_distance_m - self.near_m * self.cos, -self.near_m * self.sin, -self.above_m)
+impl Reach {
+    /// The elements a sphere can touch: rows |z − H_z| ≤ R, from a multiple of [`LANES`] on, and columns
+    /// |θ − φ| ≤ asin(R/d), all columns once it holds the axis. (The original used R/d, which leaves out grazed columns when
+    /// the tool is near the axis.)
+    ///
+    /// The window is empty when the tool stands at no finite distance: comparisons with NaN would let every element pass.
+    fn of(surface: &Surface, press: &Press) -> Self {
+        let shape = surface.shape();
+        let centre = press.centre_m;
+        let radius = press.tool.radius().0;
+        let distance_m = libm::sqrtf(centre.x * centre.x + centre.y * centre.y);
+        let angle_rad = libm::atan2f(centre.y, centre.x);
+        let first_row = libm::ceilf((centre.z - radius) / surface.row_height_m());
+        let last_row = libm::floorf((centre.z + radius) / surface.row_height_m());
+        let column = libm::roundf(angle_rad / shape.column_angle_rad());
+        let half_columns = if distance_m > radius {
+            libm::ceilf(libm::asinf(radius / distance_m) / shape.column_angle_rad()) as u32
+        } else {
+            shape.columns()
+        };
+        let window = if distance_m.is_finite() && centre.z.is_finite() {
+            Window::around(shape, column as i64, half_columns, first_row as i64, last_row as i64)
+                .aligned(shape, LANES as u32)
+        } else {
+            Window::default()
+        };
+        let off_column_rad = angle_rad - column * shape.column_angle_rad();
+        Self { distance_m, angle_rad, off_column_rad, window }
     }
 }
 
-/// Tells `visit` of every element that the tool presses, column by column.
-///
-/// With the tool (radius R) at (d, φ, H_z) and an element (r, θ, z), Δθ = θ − φ:
-/// `b = d·cosΔθ`, `c = d² − R² + (H_z − z)²`, `s₁,₂ = b ∓ √(b² − c)`, penetration `p = r − s₁`.
-fn for_each_touched(surface: &Surface, press: &Press, reach: &Reach, mut visit: impl FnMut(&Touched)) {
-    let shape = surface.shape();
-    let radius = press.tool.radius().0;
-    let row_height_m = surface.row_height_m();
-    let (distance, tool_z) = (reach.axis_distance_m, press.centre_m.z);
-    let first_row = reach.window.first_row;
-    for column in reach.window.grid_columns(shape) {
-        let angle_rad = nearest_turn(column as f32 * shape.column_angle_rad() - reach.angle_rad);
-        let (sin, cos) = libm::sincosf(angle_rad);
-        let (middle_m, aside) = (distance * cos, distance * sin);
-        let reach_squared = radius * radius - aside * aside;
-        if reach_squared <= 0.0 {
-            continue;
-        }
-        let radii = &surface.column_m(column)[first_row as usize..][..reach.window.rows as usize];
-        for (row, &radius_m) in (first_row..).zip(radii) {
-            let above_m = row as f32 * row_height_m - tool_z;
-            let discriminant = reach_squared - above_m * above_m;
-            if discriminant <= 0.0 {
-                continue;
-            }
-            // r ≤ s₁ without the root: the sphere lies outside of the element
-            let beyond = middle_m - radius_m;
-            if beyond >= 0.0 && beyond * beyond >= discriminant {
-                continue;
-            }
-            let half_chord = libm::sqrtf(discriminant);
-            let near_m = (middle_m - half_chord).max(0.0);
-            let penetration_m = radius_m - near_m;
-            if penetration_m <= 0.0 || middle_m + half_chord <= 0.0 {
-                continue;
-            }
-            visit(&Touched { column, row, angle_rad, sin, cos, above_m, radius_m, near_m, middle_m, penetration_m });
-        }
-    }
+/// Up to eight values, the rest zero.
+pub(super) fn load(values: &[f32]) -> f32x8 {
+    let mut lanes = [0.0; LANES];
+    lanes[..values.len()].copy_from_slice(values);
+    f32x8::new(lanes)
+}
+
+/// The sum of all lanes, in one order everywhere.
+pub(super) fn sum(lanes: f32x8) -> f32 {
+    let [a, b, c, d, e, f, g, h] = lanes.to_array();
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 /// The same angle within half a turn of zero.
@@ -124,74 +262,6 @@ fn nearest_turn(angle_rad: f32) -> f32 {
         beyond if beyond > PI => beyond - TAU,
         before if before < -PI => before + TAU,
         within => within,
-    }
-}
-
-/// Finds the touched elements, writes `−response · p` for each and returns the original CSEM's force.
-///
-/// Point contact (d > r): `F = Σ k_p·p·unit(H − P₁)`. Line contact (d ≤ r): `F = 0.6·max(R − |H − (P₁+P₂)/2|)` along
-/// `Σ(2H − P₁ − P₂)`. A turning wheel adds `0.35·max p` along its tangent. Lee, Han and Choi 2008, as
-/// reconstructed; which of the two contacts holds is decided element by element.
-///
-/// The footprint is laid over the touched window grown by `margin` columns and rows; empty when nothing is touched.
-pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footprint: &mut Footprint) -> Contact {
-    let shape = surface.shape();
-    let reach = reach(surface, press);
-    let grown = reach.window.grown(shape, margin.0, margin.1);
-    footprint.reset(grown);
-    let radius = press.tool.radius().0;
-    let mut sums = Sums::default();
-    for_each_touched(surface, press, &reach, |touched| {
-        let Some(local) = grown.local_column(shape, touched.column) else { return };
-        let penetration = touched.penetration_m;
-        footprint.column_mut(local)[(touched.row - grown.first_row) as usize] = -press.response * penetration;
-        sums.elements += 1;
-        sums.deepest = sums.deepest.max(penetration);
-        if reach.axis_distance_m > touched.radius_m {
-            sums.point += touched.to_centre_m(reach.axis_distance_m) * (penetration / radius);
-        } else {
-            let middle = Touched { near_m: touched.middle_m, ..*touched };
-            let out = middle.to_centre_m(reach.axis_distance_m);
-            sums.line += out;
-            sums.line_deepest = sums.line_deepest.max(radius - out.length());
-        }
-    });
-    if sums.elements == 0 {
-        footprint.reset(Window::default());
-        return Contact::default();
-    }
-    sums.contact(surface, press, reach.angle_rad)
-}
-
-/// Tells `visit` of every element that the tool presses and of the way from it to the tool's centre, m, both with the
-/// tool at angle zero; returns the tool's angle, rad.
-pub(super) fn visit_touched(surface: &Surface, press: &Press, mut visit: impl FnMut(&Touched, Vec3)) -> f32 {
-    let reach = reach(surface, press);
-    for_each_touched(surface, press, &reach, |touched| visit(touched, touched.to_centre_m(reach.axis_distance_m)));
-    reach.angle_rad
-}
-
-/// What is gathered over the touched elements, in the frame whose x axis points from the pot's axis to the tool.
-#[derive(Default)]
-struct Sums {
-    elements: u32,
-    deepest: f32,
-    point: Vec3,
-    line: Vec3,
-    line_deepest: f32,
-}
-
-impl Sums {
-    fn contact(&self, surface: &Surface, press: &Press, angle_rad: f32) -> Contact {
-        let units = UNITS_PER_HEIGHT / surface.height_m();
-        let point = self.point * (POINT_STIFFNESS * units / surface.shape().elements() as f32);
-        let line = self.line.normalize_or_zero() * (LINE_STIFFNESS * units * self.line_deepest);
-        let drag = ROTATION_STIFFNESS * units * self.deepest * f32::from(press.turning);
-        Contact {
-            force_n: turned(point + line + Vec3::new(0.0, drag, 0.0), angle_rad),
-            elements: self.elements,
-            penetration_m: self.deepest,
-        }
     }
 }
 

@@ -4,7 +4,7 @@
 //! Invariant: the work of a press is bounded by its contact's boundary times the reach of the kernel.
 
 use super::window::Boundary;
-use super::{Contact, Footprint, Method, Press, Surface, contact};
+use super::{Contact, Footprint, Method, Press, Surface, original};
 
 /// Coefficient of propagation c_l, 1/m. The paper gives no number. At 1 a millimetre the neighbour of an element of the
 /// default pot moves by half as much, and an edge is smooth over 4 mm; a wider kernel costs with the square of its reach.
@@ -43,7 +43,7 @@ impl Method for ImprovedCsem {
         let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - press.tool.radius().0) * 0.5;
         let halo_arc = (shape.column_angle_rad() * nearest).max(smallest_arc);
         let halo_columns = ((reach_m() / halo_arc) as u32).min(shape.columns() / 2);
-        let contact = contact::touch(surface, press, (halo_columns, halo_rows), footprint);
+        let contact = original::touch(surface, press, (halo_columns, halo_rows), footprint);
         if contact.elements == 0 {
             return contact;
         }

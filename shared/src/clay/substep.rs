@@ -7,8 +7,9 @@ use alloc::vec::Vec;
 
 use glam::Vec3;
 
-use super::{Contact, Footprint, GridShape, MethodKind, Pot, Strength, Surface, Window};
-use crate::tool::Sphere;
+use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Window};
+use crate::tool::{Side, Sphere};
+use crate::units::Tick;
 
 /// A tool held at one place for one sub-step, in the pot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,12 +18,30 @@ pub struct Press {
     pub tool: Sphere,
     /// Its centre on the pot, m.
     pub centre_m: Vec3,
+    /// On which side of the wall it works.
+    pub side: Side,
     /// Which way the clay turns under it: −1, 0 or 1.
     pub turning: i8,
     /// Share of the penetration that yields in this step, from [`super::Material::response`].
     pub response: f32,
     /// How strong the clay is, for the methods that ask.
     pub strength: Strength,
+}
+
+impl Press {
+    /// A tool held outside of a still pot of the default clay for one tick.
+    #[must_use]
+    pub fn held(tool: Sphere, centre_m: Vec3) -> Self {
+        let material = Material::default();
+        Self {
+            tool,
+            centre_m,
+            side: Side::Outside,
+            turning: 0,
+            response: material.response(Tick::PERIOD),
+            strength: material.strength,
+        }
+    }
 }
 
 /// Scratch memory and result of one sub-step.
@@ -59,7 +78,7 @@ impl SubStep {
         &mut self,
         pot: &mut Pot,
         presses: &[Press],
-        method: MethodKind,
+        method: impl Method,
         mut touched: impl FnMut(usize, Window),
     ) -> &[Contact] {
         self.contacts.clear();
@@ -70,13 +89,14 @@ impl SubStep {
             }
             let footprints = &mut self.footprints[..presses.len()];
             for ((press, footprint), total) in presses.iter().zip(&mut *footprints).zip(&mut self.contacts) {
-                let contact = method.method().press(surface, press, footprint);
+                let contact = method.press(surface, press, footprint);
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;
                 total.penetration_m = total.penetration_m.max(contact.penetration_m);
+                total.sink = contact.sink;
             }
             if let [alone] = footprints {
-                apply_alone(surface, alone);
+                surface.displace(alone);
             } else {
                 self.merge(surface, presses.len());
             }
@@ -122,13 +142,5 @@ impl SubStep {
                 }
             }
         }
-    }
-}
-
-/// The merge of a single press: its displacement as it is.
-fn apply_alone(surface: &mut Surface, footprint: &Footprint) {
-    let window = footprint.window();
-    for (local, column) in window.grid_columns(surface.shape()).enumerate() {
-        surface.displace_column(column, window.first_row, footprint.column(local as u32));
     }
 }

@@ -3,9 +3,13 @@
 //! Owns the radii and their bounds, and the places of the elements; no method and no tool.
 //! Invariant: every radius is finite and within the bounds; `set_radius` is the only way in.
 
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use super::{Digest, GridShape, Window};
+use wide::f32x8;
+
+use super::contact::{LANES, load, sum};
+use super::{Digest, Footprint, GridShape, Window};
 
 /// A grid of circular sector elements: radius r(θ, z) of the skin at evenly spaced angles and heights.
 ///
@@ -18,6 +22,10 @@ pub struct Surface {
     radius_min_m: f32,
     radius_max_m: f32,
     thickness_m: f32,
+    /// No element is or ever was wider, m.
+    widest_m: f32,
+    /// Cosine and sine of each column's angle.
+    directions: Arc<[[f32; 2]]>,
     /// `[columns][rows]`, m.
     radii_m: Vec<f32>,
 }
@@ -38,6 +46,8 @@ impl Surface {
             radius_min_m,
             radius_max_m,
             thickness_m,
+            widest_m: radius_m,
+            directions: directions(shape),
             radii_m: alloc::vec![radius_m; shape.elements()],
         }
     }
@@ -66,10 +76,24 @@ impl Surface {
         self.thickness_m
     }
 
+    /// A radius that no element exceeds, m; not always the smallest such.
+    pub(super) const fn widest_m(&self) -> f32 {
+        self.widest_m
+    }
+
     /// Distance between neighbouring rows, m.
     #[must_use]
     pub fn row_height_m(&self) -> f32 {
         self.height_m / (self.shape.rows() - 1) as f32
+    }
+
+    /// Cosine and sine of a column's angle.
+    ///
+    /// # Panics
+    /// When the grid has no such column.
+    #[must_use]
+    pub fn direction(&self, column: u32) -> [f32; 2] {
+        self.directions[column as usize]
     }
 
     /// Height of a row above the wheel head, m.
@@ -103,21 +127,60 @@ impl Surface {
         if !radius_m.is_nan() {
             let index = column as usize * self.shape.rows() as usize + row as usize;
             self.radii_m[index] = radius_m.clamp(self.radius_min_m, self.radius_max_m);
+            self.widest_m = self.widest_m.max(self.radii_m[index]);
         }
     }
 
-    /// Moves the elements of a column from `first_row` on by `deltas_m`; as in [`Surface::set_radius`], the bounds hold and
+    /// Moves the elements of a window by a footprint's displacements; as in [`Surface::set_radius`], the bounds hold and
     /// what is not a number changes nothing.
     ///
+    /// Returns the volume that the skin encloses more than before, m³: `Σ ½·(r₁ − r₀)·(r₁ + r₀)·Δθ·Δz`, half of it on the foot
+    /// and the rim as in [`Surface::enclosed_volume_m3`].
+    ///
     /// # Panics
-    /// When the column has fewer elements.
-    pub fn displace_column(&mut self, column: u32, first_row: u32, deltas_m: &[f32]) {
-        let start = column as usize * self.shape.rows() as usize + first_row as usize;
-        let (low, high) = (self.radius_min_m, self.radius_max_m);
-        for (radius, &delta) in self.radii_m[start..][..deltas_m.len()].iter_mut().zip(deltas_m) {
-            let moved = (*radius + delta).clamp(low, high);
-            *radius = if moved.is_nan() { *radius } else { moved };
+    /// When the window lies outside of the grid.
+    pub fn displace(&mut self, footprint: &Footprint) -> f64 {
+        let window = footprint.window();
+        let rows = self.shape.rows();
+        let (low, high) = (f32x8::splat(self.radius_min_m), f32x8::splat(self.radius_max_m));
+        let mut widest = f32x8::ZERO;
+        let mut squares_m2 = 0.0;
+        for (local, column) in window.grid_columns(self.shape).enumerate() {
+            let start = column as usize * rows as usize + window.first_row as usize;
+            let deltas_m = footprint.column(local as u32);
+            let radii_m = &mut self.radii_m[start..][..deltas_m.len()];
+            let ends = [radii_m[0], radii_m[radii_m.len() - 1]];
+            let mut grown = f32x8::ZERO;
+            let mut move_eight = |radii: [f32; LANES], deltas: [f32; LANES]| {
+                let (radius, delta) = (f32x8::new(radii), f32x8::new(deltas));
+                let moved = radius + delta;
+                let within = moved.fast_max(low).fast_min(high);
+                // what is not a number is equal to nothing
+                let kept = moved.simd_eq(moved).bitselect(within, radius);
+                widest = widest.fast_max(kept);
+                grown += (kept - radius) * (kept + radius);
+                kept.to_array()
+            };
+            let (radii, last_radii) = radii_m.as_chunks_mut::<LANES>();
+            let (deltas, last_deltas) = deltas_m.as_chunks::<LANES>();
+            for (radii, deltas) in radii.iter_mut().zip(deltas) {
+                *radii = move_eight(*radii, *deltas);
+            }
+            if !last_radii.is_empty() {
+                let kept = move_eight(load(last_radii).to_array(), load(last_deltas).to_array());
+                last_radii.copy_from_slice(&kept[..last_radii.len()]);
+            }
+            squares_m2 += f64::from(sum(grown));
+            let half = |before: f32, after: f32| 0.5 * f64::from((after - before) * (after + before));
+            if window.first_row == 0 {
+                squares_m2 -= half(ends[0], radii_m[0]);
+            }
+            if window.end_row() == rows {
+                squares_m2 -= half(ends[1], radii_m[radii_m.len() - 1]);
+            }
         }
+        self.widest_m = widest.to_array().into_iter().fold(self.widest_m, f32::max);
+        0.5 * squares_m2 * f64::from(self.shape.column_angle_rad()) * f64::from(self.row_height_m())
     }
 
     /// Takes the radii of `window` over from a surface of the same shape.
@@ -132,6 +195,7 @@ impl Surface {
             let range = start..start + window.rows as usize;
             self.radii_m[range.clone()].copy_from_slice(&from.radii_m[range]);
         }
+        self.widest_m = self.widest_m.max(from.widest_m);
     }
 
     /// Volume enclosed between the skin and the axis, m³.
@@ -158,4 +222,14 @@ impl Surface {
             digest.add(radius.to_bits());
         }
     }
+}
+
+/// Cosine and sine of every column's angle, so that no step asks for them.
+fn directions(shape: GridShape) -> Arc<[[f32; 2]]> {
+    let turn = |column: u32| f64::from(column) * (core::f64::consts::TAU / f64::from(shape.columns()));
+    let direction = |column| {
+        let (sin, cos) = libm::sincos(turn(column));
+        [cos as f32, sin as f32]
+    };
+    (0..shape.columns()).map(direction).collect()
 }

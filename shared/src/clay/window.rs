@@ -5,9 +5,10 @@
 
 use alloc::vec::Vec;
 
-use glam::Vec3;
+use wide::f32x8;
 
 use super::GridShape;
+use super::contact::{Chunk, Contacts, LANES, load};
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,6 +60,20 @@ impl Window {
         Self { first_column, columns: wide, first_row, rows: end_row - first_row }
     }
 
+    /// This window grown to rows that are multiples of `step`, as far as the grid goes.
+    #[must_use]
+    pub fn aligned(self, shape: GridShape, step: u32) -> Self {
+        let first_row = self.first_row / step * step;
+        let end_row = self.end_row().next_multiple_of(step).min(shape.rows());
+        Self { first_row, rows: end_row - first_row, ..self }
+    }
+
+    /// The row after its last one.
+    #[must_use]
+    pub const fn end_row(self) -> u32 {
+        self.first_row + self.rows
+    }
+
     /// Whether the window holds no element.
     #[must_use]
     pub const fn is_empty(self) -> bool {
@@ -88,7 +103,7 @@ impl Window {
 #[derive(Clone, Debug, Default)]
 pub struct Footprint {
     window: Window,
-    /// `[window.columns][window.rows]`, m; negative pushes towards the axis.
+    /// `[window.columns][window.rows]` and whatever is left of larger windows, m; negative pushes towards the axis.
     delta_m: Vec<f32>,
     pub(super) scratch: Scratch,
 }
@@ -96,25 +111,12 @@ pub struct Footprint {
 /// What a method needs between its passes, kept so that no step allocates.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    pub(super) contacts: Contacts,
     pub(super) boundary: Vec<Boundary>,
-    pub(super) pushes: Vec<Push>,
+    /// What yields, chunk by chunk of the contacts, m.
+    pub(super) pushes_m: Vec<f32x8>,
     pub(super) row_kernel: Vec<f32>,
-}
-
-/// What yields of a touched element.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Push {
-    pub(super) column: u32,
-    pub(super) row: u32,
-    /// Penetration, and later this step's push, m.
-    pub(super) depth_m: f32,
-    /// Area of the element, m².
-    pub(super) area_m2: f32,
-    /// Arc from the tool to the element, m, and its height above the tool's centre, m.
-    pub(super) arc_m: f32,
-    pub(super) above_m: f32,
-    /// The tool's normal there, as long as to make 1 along the radius.
-    pub(super) normal: Vec3,
+    pub(super) row_squares: Vec<f32x8>,
 }
 
 /// A touched element beside an untouched one.
@@ -135,7 +137,9 @@ impl Footprint {
         let elements = shape.elements();
         let scratch = Scratch {
             boundary: Vec::with_capacity(elements / 8),
-            pushes: Vec::with_capacity(elements),
+            contacts: Contacts::with_room(elements),
+            pushes_m: Vec::with_capacity(elements / LANES + 1),
+            row_squares: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
         };
         Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }
@@ -144,8 +148,11 @@ impl Footprint {
     /// Empties the footprint and lays it over `window`, all displacements zero.
     pub fn reset(&mut self, window: Window) {
         self.window = window;
-        self.delta_m.clear();
-        self.delta_m.resize(window.elements(), 0.0);
+        let elements = window.elements();
+        if self.delta_m.len() < elements {
+            self.delta_m.resize(elements, 0.0);
+        }
+        self.delta_m[..elements].fill(0.0);
     }
 
     /// The elements it covers.
@@ -162,6 +169,21 @@ impl Footprint {
     pub fn column(&self, local: u32) -> &[f32] {
         let rows = self.window.rows as usize;
         &self.delta_m[local as usize * rows..][..rows]
+    }
+
+    /// Writes the touched elements of a chunk of the contact; the window must cover them.
+    pub(super) fn write(&mut self, shape: GridShape, chunk: &Chunk, deltas_m: f32x8) {
+        let Some(local) = self.window.local_column(shape, chunk.column) else { return };
+        let start = (chunk.row - self.window.first_row) as usize;
+        let touched = chunk.touched();
+        match self.column_mut(local)[start..].first_chunk_mut::<LANES>() {
+            Some(lanes) => *lanes = touched.bitselect(deltas_m, f32x8::new(*lanes)).to_array(),
+            None => {
+                let last = &mut self.column_mut(local)[start..];
+                let lanes = touched.bitselect(deltas_m, load(last)).to_array();
+                last.copy_from_slice(&lanes[..last.len()]);
+            }
+        }
     }
 
     /// The same, to be written.
