@@ -6,7 +6,9 @@
 use std::time::Instant;
 
 use glam::Vec3;
-use pottery_shared::clay::{GridShape, Material, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep};
+use pottery_shared::clay::{
+    Contact, GridShape, Material, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep, Window,
+};
 use pottery_shared::tool::{Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
 
@@ -179,6 +181,7 @@ pub struct Pressing {
     substep: SubStep,
     response: f32,
     at: Vec3,
+    contact: Contact,
 }
 
 impl Pressing {
@@ -190,7 +193,8 @@ impl Pressing {
         let tool = dent.check()?;
         let pot = Pot::new(dent.pot)?;
         let substep = SubStep::for_grid(dent.pot.shape);
-        Ok(Self { dent, tool, pot, substep, response: Material::default().response(step), at: Vec3::ZERO })
+        let response = Material::default().response(step);
+        Ok(Self { dent, tool, pot, substep, response, at: Vec3::ZERO, contact: Contact::default() })
     }
 
     /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
@@ -198,18 +202,41 @@ impl Pressing {
     ///
     /// Returns the radial force on the tool, N.
     pub fn step(&mut self, angle_rad: f32, depth_m: f32, z_m: f32, turning: i8) -> f32 {
+        self.step_telling(angle_rad, depth_m, z_m, turning, |_, _| {})
+    }
+
+    /// The same, which tells of every surface and window that changed.
+    pub fn step_telling(
+        &mut self,
+        angle_rad: f32,
+        depth_m: f32,
+        z_m: f32,
+        turning: i8,
+        touched: impl FnMut(usize, Window),
+    ) -> f32 {
         let distance = self.dent.pot.radius.0 + self.tool.radius().0 - depth_m;
         self.at = Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m);
         let Dent { method, strength, .. } = self.dent;
-        let press = Press { tool: self.tool, centre_m: self.at, turning, response: self.response, strength };
-        let contact = self.substep.advance(&mut self.pot, &[press], method, |_, _| {})[0];
-        contact.force_n.dot(self.at.with_z(0.0).normalize())
+        let press = Press { turning, response: self.response, strength, ..Press::held(self.tool, self.at) };
+        self.contact = self.substep.advance(&mut self.pot, &[press], method, touched)[0];
+        self.contact.force_n.dot(self.at.with_z(0.0).normalize())
+    }
+
+    /// What the last step met.
+    #[must_use]
+    pub const fn contact(&self) -> Contact {
+        self.contact
     }
 
     /// The pot as it is now.
     #[must_use]
     pub const fn pot(&self) -> &Pot {
         &self.pot
+    }
+
+    /// The pot, to be changed.
+    pub const fn pot_mut(&mut self) -> &mut Pot {
+        &mut self.pot
     }
 }
 
@@ -242,15 +269,26 @@ impl Dented {
     /// 0.25 mm, divided by the tool's travel.
     #[must_use]
     pub fn error(&self, reference: &Profile, dent: &Dent) -> f64 {
+        let difference_mm = self.rms_mm(dent, |angle, z_mm| reference.radial_mm(angle, z_mm));
+        difference_mm / f64::from(dent.depth.as_mm())
+    }
+
+    /// Root mean square of the difference to another surface over the same raster, mm.
+    #[must_use]
+    pub fn difference_mm(&self, other: &Self, dent: &Dent) -> f64 {
+        self.rms_mm(dent, |angle, z_mm| other.radial_mm_at(angle, z_mm))
+    }
+
+    fn rms_mm(&self, dent: &Dent, other_mm: impl Fn(f64, f64) -> f64) -> f64 {
         let (radius_mm, middle_mm) = (f64::from(dent.pot.radius.as_mm()), f64::from(dent.pot.height.as_mm()) * 0.5);
         let steps = -60..=60_i32;
         let mut sum = 0.0;
         for across in steps.clone() {
             for up in steps.clone() {
                 let (angle, z_mm) = (f64::from(across) * 0.25 / radius_mm, middle_mm + f64::from(up) * 0.25);
-                sum += (self.radial_mm_at(angle, z_mm) - reference.radial_mm(angle, z_mm)).powi(2);
+                sum += (self.radial_mm_at(angle, z_mm) - other_mm(angle, z_mm)).powi(2);
             }
         }
-        (sum / f64::from(121 * 121)).sqrt() / f64::from(dent.depth.as_mm())
+        (sum / f64::from(121 * 121)).sqrt()
     }
 }

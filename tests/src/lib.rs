@@ -4,6 +4,7 @@
 //! [`proxy`] on real sockets; the [`reference`](mod@reference) dents and the [`yardstick`] methods of other authors.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
+pub mod chart;
 pub mod dent;
 pub mod dice;
 pub mod line;

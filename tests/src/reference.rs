@@ -89,7 +89,7 @@ impl Profile {
         let angle_rad = angle_rad.abs();
         // which mesh point has come to lie here: it moved little, so a few turns find it
         let (mut angle, mut height) = (angle_rad, z_mm);
-        for _ in 0..6 {
+        for _ in 0..40 {
             let moved = self.at_mesh(angle.abs(), height);
             (angle, height) = (angle_rad - moved[0], z_mm - moved[1]);
         }
@@ -119,6 +119,12 @@ impl ForceCurve {
             }
         }
         Ok(Self { points })
+    }
+
+    /// Largest force, N.
+    #[must_use]
+    pub fn largest_n(&self) -> f64 {
+        self.points.iter().map(|point| point[1]).fold(0.0, f64::max)
     }
 
     /// Force when the sphere reaches a travel for the first time, N; `None` when it never does.

@@ -3,22 +3,38 @@
 //! Owns the command line; each command has a file of its own.
 //! Invariant: whatever makes no sense is refused in one sentence before anything is written.
 
+mod chart;
 mod dent;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Presses, measures and writes down what the clay's methods do.
+const EXAMPLES: &str = "\
+Examples:
+  accuracy-chart --out chart --quick
+      every figure and picture in a few minutes; begin with chart/index.md
+  accuracy-chart dent --method ours --depth-mm 2 --release --out dent.csv
+      what stays of one press, as theta_rad,z_mm,u_r_mm of every element
+  accuracy-chart dent --method improved --rpm 60 --feed-mm-per-rev 3 --turns 2 --out groove.csv
+      the same after two turns of the wheel";
+
+/// Holds every method of deforming clay, and some yardsticks, against finite-element dents: how long a step takes, and
+/// how far the dent, the force and the volume are from the reference.
 #[derive(Debug, Parser)]
-#[command(name = "accuracy-chart", version, allow_negative_numbers = true)]
+#[command(name = "accuracy-chart", version, after_help = EXAMPLES)]
+#[command(allow_negative_numbers = true, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    chart: Option<chart::ChartFlags>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Measure everything and write figures and pictures into a folder, as without a command
+    Chart(chart::ChartFlags),
     /// Press a sphere at mid-height into a still pot and write the outer surface
     #[command(allow_negative_numbers = true)]
     Dent(dent::DentFlags),
@@ -30,8 +46,12 @@ fn main() -> ExitCode {
         Err(said) if !said.use_stderr() => said.exit(),
         Err(wrong) => return refused(&first_sentence(&wrong.to_string())),
     };
-    let Command::Dent(flags) = arguments.command;
-    match dent::run(&flags) {
+    let done = match (arguments.command, arguments.chart) {
+        (Some(Command::Dent(flags)), _) => dent::run(&flags),
+        (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),
+        (None, None) => Err("say where the files shall go, with --out DIR (see --help)".into()),
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => refused(&error),
     }

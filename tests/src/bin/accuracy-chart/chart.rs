@@ -1,0 +1,75 @@
+//! `accuracy-chart --out DIR`: the whole chart.
+//!
+//! Owns its flags and what is shown while it runs; measurements, files and pictures are the library's.
+//! Invariant: the folder is made before anything is measured, so that minutes are not spent for nothing.
+
+use std::cell::Cell;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use pottery_tests::chart;
+use pottery_tests::chart::extent::Extent;
+use pottery_tests::chart::machine::Machine;
+use pottery_tests::chart::progress::{Piece, Progress};
+
+#[derive(clap::Args, Debug)]
+pub(crate) struct ChartFlags {
+    /// Folder for the figures, the pictures and index.md, which shows them; made when it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Under five minutes: fewer steps and pitches, and without the yardsticks that take long
+    #[arg(long)]
+    quick: bool,
+    /// Written into the files as the day of the measurement
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = date)]
+    date: Option<String>,
+}
+
+fn date(text: &str) -> Result<String, String> {
+    let parts: Vec<&str> = text.split('-').collect();
+    let number = |part: &str, digits: usize| part.len() == digits && part.bytes().all(|sign| sign.is_ascii_digit());
+    match parts[..] {
+        [year, month, day] if number(year, 4) && number(month, 2) && number(day, 2) => Ok(text.to_owned()),
+        _ => Err("write it like 2026-08-21".to_owned()),
+    }
+}
+
+/// Measures, draws and writes.
+pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> {
+    std::fs::create_dir_all(&flags.out).map_err(|error| {
+        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
+    })?;
+    let machine = Machine::this(flags.date.clone());
+    if machine.profile == "debug" {
+        eprintln!("accuracy-chart: this is a debug build, whose times say little; build it with --release");
+    }
+    let extent = if flags.quick { Extent::quick() } else { Extent::full() };
+    let begin = Instant::now();
+    let figures = if std::io::stderr().is_terminal() {
+        let bar = ProgressBar::new(0).with_style(ProgressStyle::with_template("{bar:30} {pos}/{len}  {wide_msg}")?);
+        let told = |piece: &Piece<'_>| {
+            bar.set_length(piece.of.into());
+            bar.set_position(piece.done.into());
+            bar.set_message(piece.what.to_owned());
+        };
+        let figures = chart::measure(extent, machine, &mut Progress::new(told));
+        bar.finish_and_clear();
+        figures?
+    } else {
+        let next = Cell::new(0);
+        let told = |piece: &Piece<'_>| {
+            // a line for every tenth of the way
+            if piece.done * 10 >= next.get() * piece.of {
+                eprintln!("{:>3.0} s  {}/{}  {}", begin.elapsed().as_secs_f64(), piece.done, piece.of, piece.what);
+                next.set(piece.done * 10 / piece.of + 1);
+            }
+        };
+        chart::measure(extent, machine, &mut Progress::new(told))?
+    };
+    let files = chart::write(&figures, &flags.out)?;
+    println!("{} files in {}, after {:.0} s", files.len(), flags.out.display(), begin.elapsed().as_secs_f64());
+    println!("begin with {}", flags.out.join("index.md").display());
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! The table of what is compared: the studio's methods and the yardsticks.
+//!
+//! A row is all that a method or a yardstick needs to stand in every file and picture.
+//! Invariant: names are unique; a row's colour and mark follow from its place.
+
+use pottery_shared::clay::{GridShape, MethodKind};
+
+use super::ChartError;
+use super::cases::Support;
+use crate::dent::{Dent, Dented};
+
+/// What answers a press.
+#[derive(Clone, Copy, Debug)]
+pub enum Model {
+    /// A method of the studio, which can be advanced step by step.
+    Method(MethodKind),
+    /// A yardstick, which is asked for a whole dent.
+    Yardstick {
+        /// The dent; the words of the error are shown as they are.
+        dent: fn(&Dent, Support) -> Result<Dented, String>,
+        /// Most columns of a grid on which it is asked: more would take too long.
+        columns_max: u32,
+        /// The same when there is little time; 0 leaves it out.
+        columns_max_quick: u32,
+    },
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Entrant {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Its name in pictures and prose.
+    pub title: &'static str,
+    /// What it is.
+    pub model: Model,
+    /// Supports of the wall that it takes into account; a method is pressed on the others too, a yardstick is not.
+    pub supports: &'static [Support],
+    /// When to choose it, as a sentence.
+    pub choose: &'static str,
+}
+
+/// What is compared.
+pub const ENTRANTS: &[Entrant] = &[
+    Entrant {
+        name: "ours",
+        title: "ours",
+        model: Model::Method(MethodKind::Plastic),
+        supports: &[Support::Backed],
+        choose: "Choose it by default: it is the only one whose clay holds a still tool, springs back, rises round the dent \
+                 and pushes back with the force of clay.",
+    },
+    Entrant {
+        name: "original",
+        title: "original CSEM",
+        model: Model::Method(MethodKind::Original),
+        supports: &[],
+        choose: "Choose it on a machine too slow for anything else, or to compare with the first paper: it takes the tool's \
+                 shape and nothing more, all displaced clay vanishes, and a tool that rests sinks without end.",
+    },
+    Entrant {
+        name: "improved",
+        title: "improved CSEM",
+        model: Model::Method(MethodKind::Improved),
+        supports: &[],
+        choose: "Choose it to compare with the second paper, or for its look: edges become round, but on a backed wall the \
+                 clay beside a dent sinks where real clay rises.",
+    },
+];
+
+impl Entrant {
+    /// The method, when it is one.
+    #[must_use]
+    pub const fn method(&self) -> Option<MethodKind> {
+        match self.model {
+            Model::Method(method) => Some(method),
+            Model::Yardstick { .. } => None,
+        }
+    }
+
+    /// Whether it is asked for dents on a grid.
+    #[must_use]
+    pub const fn takes(&self, grid: GridShape, quick: bool) -> bool {
+        match self.model {
+            Model::Method(_) => true,
+            Model::Yardstick { columns_max, columns_max_quick, .. } => {
+                grid.columns() <= if quick { columns_max_quick } else { columns_max }
+            }
+        }
+    }
+
+    /// Whether it is asked for dents with a support of the wall.
+    #[must_use]
+    pub fn stands_on(&self, support: Support) -> bool {
+        self.method().is_some() || self.supports.contains(&support)
+    }
+
+    /// The dent that it makes in a wall with a support.
+    ///
+    /// # Errors
+    /// [`ChartError`] when the press makes no sense, or the yardstick's own.
+    pub fn dent(&self, dent: &Dent, support: Support) -> Result<Dented, ChartError> {
+        match self.model {
+            Model::Method(method) => Ok(Dent { method, ..*dent }.press()?),
+            Model::Yardstick { dent: press, .. } => {
+                press(dent, support).map_err(|why| ChartError::Yardstick { name: self.name, why })
+            }
+        }
+    }
+}
+
+/// The methods of the table with their places in it.
+pub fn methods() -> impl Iterator<Item = (usize, MethodKind)> {
+    ENTRANTS.iter().enumerate().filter_map(|(row, entrant)| Some((row, entrant.method()?)))
+}

@@ -1,0 +1,268 @@
+//! The accuracy chart from end to end, as small as it can be, and what its program refuses.
+//!
+//! Figures are looked at for being there and for what holds on any grid; how good they are is said by `reference.rs`.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+use pottery_shared::clay::MethodKind;
+use pottery_tests::chart::entrant::{ENTRANTS, methods};
+use pottery_tests::chart::extent::Extent;
+use pottery_tests::chart::machine::Machine;
+use pottery_tests::chart::progress::Progress;
+use pottery_tests::chart::{self, Figures};
+
+/// The smallest chart, measured and drawn once.
+struct Chart {
+    figures: Figures,
+    files: Vec<(&'static str, Vec<u8>)>,
+    /// Number of every piece that was told of, and of all that were expected.
+    pieces: Vec<(u32, u32)>,
+}
+
+static CHART: LazyLock<Chart> = LazyLock::new(|| {
+    let machine = Machine::this(Some("2026-08-21".to_owned()));
+    let mut pieces = Vec::new();
+    let mut progress = Progress::new(|piece| pieces.push((piece.done, piece.of)));
+    let figures = chart::measure(Extent::smallest(), machine, &mut progress).unwrap();
+    drop(progress);
+    let files = chart::files(&figures).unwrap();
+    Chart { figures, files, pieces }
+});
+
+impl Chart {
+    fn named(&self, ending: &str) -> impl Iterator<Item = &'static str> {
+        self.files.iter().map(|(name, _)| *name).filter(move |name| name.ends_with(ending))
+    }
+
+    fn bytes(&self, file: &str) -> &[u8] {
+        &self.files.iter().find(|(name, _)| *name == file).unwrap().1
+    }
+
+    fn text(&self, file: &str) -> &str {
+        std::str::from_utf8(self.bytes(file)).unwrap()
+    }
+}
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("accuracy-chart").join(name)
+}
+
+/// Names of the columns and the cells of every row.
+fn table(file: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let text = CHART.text(file);
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = text.lines();
+    let columns = cells(lines.next().unwrap());
+    let rows: Vec<_> = lines.map(cells).collect();
+    assert!(!rows.is_empty(), "{file} has no rows");
+    assert!(rows.iter().all(|row| row.len() == columns.len()), "{file} has rows of different lengths");
+    (columns, rows)
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_accuracy-chart")).args(arguments).output().unwrap()
+}
+
+/// What the program says when it refuses, which is one line.
+fn refusal(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    assert!(!output.status.success(), "{arguments:?} is accepted");
+    assert!(output.stdout.is_empty(), "{arguments:?} prints figures");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+    said
+}
+
+#[test]
+fn every_file_of_figures_is_a_table_with_every_method() {
+    for file in CHART.named(".csv") {
+        let (columns, rows) = table(file);
+        assert_eq!(columns[0], "method", "{file}");
+        let named: BTreeSet<&str> = rows.iter().map(|row| row[0].as_str()).collect();
+        for (row, _) in methods() {
+            assert!(named.contains(ENTRANTS[row].name), "{file} lacks {}", ENTRANTS[row].name);
+        }
+    }
+}
+
+#[test]
+fn every_figure_has_its_unit_in_the_name_of_its_column() {
+    const UNITS: &[&str] = &[
+        "mm",
+        "mm3",
+        "us",
+        "ms",
+        "hz",
+        "n",
+        "percent",
+        "percent_of_depth",
+        "percent_of_pot",
+        "ratio",
+        "element",
+        "force",
+    ];
+    const COUNTS: &[&str] =
+        &["columns", "rows", "elements", "touched_elements", "timed_steps", "steps", "steps_to_depth", "turns"];
+    for file in CHART.named(".csv") {
+        let (columns, rows) = table(file);
+        for (at, column) in columns.iter().enumerate() {
+            let is_figure = rows.iter().any(|row| row[at].parse::<f64>().is_ok());
+            let unit = UNITS.iter().any(|unit| column.ends_with(&format!("_{unit}")));
+            assert!(!is_figure || unit || COUNTS.contains(&column.as_str()), "{file}: {column}");
+        }
+    }
+}
+
+#[test]
+fn every_error_is_a_number_that_is_not_negative() {
+    for file in ["methods.csv", "cases.csv", "convergence.csv"] {
+        let (columns, rows) = table(file);
+        let errors: Vec<usize> = (0..columns.len()).filter(|at| columns[*at].contains("rms_")).collect();
+        assert!(!errors.is_empty(), "{file} has no errors");
+        for row in &rows {
+            for &at in &errors {
+                let error: f64 = row[at].parse().unwrap();
+                assert!(error >= 0.0 && error.is_finite(), "{file}: {} is {error}", columns[at]);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_grid_is_timed_in_every_step_that_was_asked_for() {
+    let extent = Extent::smallest();
+    for (row, _) in methods() {
+        let own: Vec<_> = CHART.figures.methods.iter().filter(|figures| figures.row == row).collect();
+        assert_eq!(own.iter().map(|figures| figures.grid).collect::<Vec<_>>(), extent.grids);
+        for figures in own {
+            let times = figures.times.unwrap();
+            assert_eq!(times.steps, extent.timed_steps);
+            assert!(times.least_us <= times.p50_us && times.p50_us <= times.p99_us && times.p99_us <= times.most_us);
+        }
+    }
+}
+
+#[test]
+fn cusps_grow_with_the_pitch() {
+    // but for the improved method, which digs on at every pass
+    for (row, _) in methods().filter(|(_, method)| *method != MethodKind::Improved) {
+        let threads = CHART.figures.helix.iter().filter(|thread| thread.row == row);
+        let own: Vec<f64> = threads.map(|thread| thread.cusps).collect();
+        assert!(own.len() > 1 && own.windows(2).all(|pair| pair[0] < pair[1]), "{}: {own:?}", ENTRANTS[row].name);
+    }
+}
+
+#[test]
+fn progress_tells_of_every_piece_that_was_expected() {
+    let expected = CHART.pieces[0].1;
+    assert_eq!(CHART.pieces, (0..expected).map(|done| (done, expected)).collect::<Vec<_>>());
+}
+
+#[test]
+fn chart_is_written_into_a_new_folder() {
+    let folder = folder("written");
+    let files = chart::write(&CHART.figures, &folder).unwrap();
+    assert_eq!(files.len(), CHART.files.len());
+    for (name, bytes) in &CHART.files {
+        assert_eq!(std::fs::read(folder.join(name)).unwrap(), *bytes, "{name}");
+    }
+}
+
+#[test]
+fn every_picture_is_whole_and_shown_on_the_page() {
+    let page = CHART.text("index.md");
+    for file in CHART.named(".png") {
+        assert!(page.contains(&format!("]({file})")), "index.md does not show {file}");
+        let decoder = png::Decoder::new(std::io::Cursor::new(CHART.bytes(file)));
+        let mut reader = decoder.read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((info.width, info.height), (1400, 900), "{file}");
+        // a sheet with axes and words on it is neither empty nor full
+        let dark = pixels.chunks_exact(3).filter(|pixel| pixel.iter().all(|part| *part < 128)).count();
+        let share = dark as f64 / (1400.0 * 900.0);
+        assert!((0.002..0.3).contains(&share), "{file}: {share} of it is dark");
+    }
+    for link in page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(link, _)| link) {
+        assert!(CHART.named("").any(|name| name == link), "index.md names {link}, which was not written");
+    }
+}
+
+#[test]
+fn machine_is_stated() {
+    let text = CHART.text("machine.json");
+    let value: serde_json::Value = serde_json::from_str(text).unwrap();
+    assert!(value["rustc"].as_str().unwrap().starts_with("rustc 1."), "{text}");
+    assert!(value["cores"].as_u64().unwrap() > 0, "{text}");
+    assert_eq!(value["date"], "2026-08-21", "{text}");
+    assert!(!value["cpu"].as_str().unwrap().is_empty(), "{text}");
+}
+
+#[test]
+fn press_that_makes_no_sense_is_refused_with_field_and_range() {
+    let file = folder("refused.csv");
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--grid", "0x0"], &["grid", "0 columns x 0 rows", "at least 8 x 4"]),
+        (&["--grid", "31623x31623"], &["grid", "at most", "elements"]),
+        (&["--grid", "many"], &["grid", "360x400"]),
+        (&["--depth-mm", "NaN"], &["depth", "above 0 mm"]),
+        (&["--depth-mm", "0"], &["depth", "above 0 mm"]),
+        (&["--depth-mm", "61"], &["depth", "less than the pot's radius"]),
+        (
+            &["--tool-radius-mm", "39", "--pot-radius-mm", "30", "--wall-mm", "5"],
+            &["tool radius", "less than the pot's radius"],
+        ),
+        (&["--tool-radius-mm", "-3"], &["tool radius", "from 0.5 to 40"]),
+        (&["--yield-kpa", "-40"], &["yield stress", "above 0 Pa"]),
+        (&["--youngs-mpa", "0"], &["Young's modulus", "above 0 Pa"]),
+        (&["--wall-mm", "50"], &["wall", "from 1 to 30"]),
+        (&["--rpm", "-5", "--turns", "1"], &["turning speed", "above 0 rpm"]),
+        (&["--rpm", "60"], &["--turns"]),
+        (&["--method", "best"], &["best", "--method"]),
+    ];
+    for (flags, words) in cases {
+        let mut arguments = vec!["dent", "--out", file.to_str().unwrap()];
+        if !flags.contains(&"--method") {
+            arguments.extend(["--method", "ours"]);
+        }
+        arguments.extend(*flags);
+        let said = refusal(&arguments);
+        for word in *words {
+            assert!(said.contains(word), "{flags:?}: {said}");
+        }
+        assert!(!file.exists(), "{flags:?} wrote a file");
+    }
+}
+
+#[test]
+fn chart_without_a_folder_or_with_wrong_flags_is_refused() {
+    assert!(refusal(&[]).contains("--out"));
+    assert!(refusal(&["--quick"]).contains("--out"));
+    assert!(refusal(&["--out", "x", "--date", "yesterday"]).contains("2026-08-21"));
+    assert!(refusal(&["--swift"]).contains("--swift"));
+    let file = folder("file-in-the-way");
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    std::fs::write(&file, "").unwrap();
+    assert!(refusal(&["--out", file.join("chart").to_str().unwrap()]).contains("choose another with --out"));
+}
+
+#[test]
+fn dent_is_written_for_every_element_and_printed() {
+    let file = folder("dent.csv");
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let out = file.to_str().unwrap();
+    let output = run(&["dent", "--method", "ours", "--grid", "60x70", "--release", "--out", out]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for word in ["radial force", "volume in", "volume out", "a step"] {
+        assert!(said.contains(word), "{said}");
+    }
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert_eq!(text.lines().next(), Some("theta_rad,z_mm,u_r_mm"));
+    let figures = text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse::<f64>().unwrap()).count());
+    assert_eq!(figures.collect::<Vec<_>>(), vec![3; 60 * 70]);
+}
