@@ -124,16 +124,17 @@ impl Contacts {
     /// The rows less than `half_m` above or below the tool, from a multiple of [`LANES`] on, and the row after them.
     fn rows_within(&self, half_m: f32, surface: &Surface, tool_z: f32) -> (usize, usize) {
         let row = |z_m: f32| (z_m / surface.row_height_m()).max(0.0) as u32;
-        let first = row(tool_z - half_m) / LANES as u32 * LANES as u32;
-        let end = (row(tool_z + half_m) + 1).next_multiple_of(LANES as u32);
+        let first = row(tool_z - half_m).saturating_sub(1) / LANES as u32 * LANES as u32;
+        let end = (row(tool_z + half_m) + 2).next_multiple_of(LANES as u32);
         let (lowest, highest) = (self.window.first_row, self.window.end_row());
         (first.clamp(lowest, highest) as usize, end.clamp(lowest, highest) as usize)
     }
 
     fn gather_column(&mut self, surface: &Surface, press: &Press, behind_m: f32, at: &Ray, deepest: &mut f32x8) {
         let (side, tool_z) = (press.side, press.centre_m.z);
-        // no clay is wider than this, so that rows farther up or down cannot be met
-        let apart_m = (at.along_m - surface.widest_m()).max(0.0);
+        // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another widest
+        // radius must find the same
+        let apart_m = (at.along_m - surface.widest_m() - 1e-6).max(0.0);
         let chord_squared = at.reach_squared - apart_m * apart_m;
         if side == Side::Outside && chord_squared <= 0.0 {
             return;

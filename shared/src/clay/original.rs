@@ -7,7 +7,7 @@
 use glam::Vec3;
 use wide::f32x8;
 
-use super::contact::{LANES, sum, turned};
+use super::contact::{Contacts, LANES, sum, turned};
 use super::{Contact, Footprint, Method, Press, Surface};
 use crate::tool::Side;
 
@@ -84,7 +84,7 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
             sums.line_deepest = depth.to_array().into_iter().fold(sums.line_deepest, f32::max);
         }
     }
-    let contact = sums.contact(surface, press, contacts.deepest_m, contacts.angle_rad, contacts.elements);
+    let contact = if contacts.elements == 0 { Contact::default() } else { sums.contact(surface, press, &contacts) };
     footprint.scratch.contacts = contacts;
     contact
 }
@@ -114,7 +114,8 @@ impl Sums {
         *z -= (weight * above) & weight.simd_gt(f32x8::ZERO);
     }
 
-    fn contact(&self, surface: &Surface, press: &Press, deepest_m: f32, angle_rad: f32, elements: u32) -> Contact {
+    fn contact(&self, surface: &Surface, press: &Press, contacts: &Contacts) -> Contact {
+        let &Contacts { deepest_m, angle_rad, elements, .. } = contacts;
         let units = UNITS_PER_HEIGHT / surface.height_m();
         let [point, line] = self.directions.map(|axes| Vec3::from_array(axes.map(sum)));
         let point = point / press.tool.radius().0 * (POINT_STIFFNESS * units / surface.shape().elements() as f32);
