@@ -7,7 +7,8 @@ use pottery_shared::clay::{GridShape, MethodKind};
 
 use super::ChartError;
 use super::cases::Support;
-use crate::dent::{Dent, Dented};
+use crate::dent::{Dent, DentError, Dented};
+use crate::yardstick::{self, free_form, greens, long_elements};
 
 /// What answers a press.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,55 @@ pub const ENTRANTS: &[Entrant] = &[
         choose: "Choose it to compare with the second paper, or for its look: edges become round, but on a backed wall the \
                  clay beside a dent sinks where real clay rises.",
     },
+    Entrant {
+        name: "free-form",
+        title: "free-form deformation",
+        model: Model::Yardstick {
+            dent: |dent, support| pressed(free_form::press, dent, support),
+            columns_max: 1440,
+            columns_max_quick: 1440,
+        },
+        supports: &[Support::Backed],
+        choose: "A yardstick for drawing shapes: it has neither a force nor a material, and rings between its control points.",
+    },
+    Entrant {
+        name: "long-elements",
+        title: "long elements",
+        model: Model::Yardstick {
+            dent: |dent, support| pressed(long_elements::press, dent, support),
+            columns_max: 1440,
+            columns_max_quick: 1440,
+        },
+        supports: &[Support::Backed, Support::Hollow],
+        choose: "A yardstick for soft bodies that are full of liquid: all of it springs back, so that nothing can be shaped.",
+    },
+    Entrant {
+        name: "greens",
+        title: "Green's functions",
+        model: Model::Yardstick {
+            dent: |dent, support| pressed(greens::press, dent, support),
+            // it solves on no finer grid
+            columns_max: 360,
+            columns_max_quick: 360,
+        },
+        supports: &[Support::Backed, Support::Hollow],
+        choose: "A yardstick for what is elastic, and exact there; nothing stays when the tool has gone.",
+    },
 ];
+
+/// Presses with a yardstick; none of them knows a finger inside.
+fn pressed(
+    press: fn(&Dent, yardstick::Support) -> Result<Dented, DentError>,
+    dent: &Dent,
+    support: Support,
+) -> Result<Dented, String> {
+    let behind = match support {
+        Support::Backed => yardstick::Support::Backed,
+        Support::Hollow => yardstick::Support::Hollow,
+        Support::Finger => return Err("it knows no finger inside the pot".to_owned()),
+    };
+    press(dent, behind).map_err(|error| error.to_string())
+}
 
 impl Entrant {
     /// The method, when it is one.

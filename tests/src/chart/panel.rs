@@ -33,12 +33,6 @@ impl Axis {
         Self { title: title.to_owned(), scale: Scale::Linear, from, to }
     }
 
-    /// A linear axis from zero to a little above the largest figure.
-    pub(super) fn from_zero(title: &str, figures: impl IntoIterator<Item = f64>) -> Self {
-        let largest = figures.into_iter().filter(|figure| figure.is_finite()).fold(0.0, f64::max);
-        Self::linear(title, 0.0, if largest > 0.0 { largest * 1.08 } else { 1.0 })
-    }
-
     /// A logarithmic axis round all figures above zero, with room at both ends.
     pub(super) fn log(title: &str, figures: impl IntoIterator<Item = f64>) -> Self {
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
@@ -100,7 +94,8 @@ pub(super) struct Look {
 impl Look {
     /// The look of a row of the table of methods.
     pub(super) const fn of_row(row: usize) -> Self {
-        Self { colour: PALETTE[row % PALETTE.len()], mark: MARKS[row % MARKS.len()] }
+        // beyond the palette a colour comes again with another mark
+        Self { colour: PALETTE[row % PALETTE.len()], mark: MARKS[(row + row / PALETTE.len()) % MARKS.len()] }
     }
 }
 
