@@ -15,24 +15,29 @@ use crate::dent::{Dent, Pressing};
 use crate::reference::ForceCurve;
 
 const BACKED: &str = include_str!("../../data/reference/B_depth_force.csv");
+const HOLLOW: &str = include_str!("../../data/reference/A_depth_force.csv");
+/// The supports whose force is read.
+pub(super) const SUPPORTS: [Support; 2] = [Support::Backed, Support::Hollow];
 /// The reference's travel ends this much short of the depth that its name says, mm: it counts from first touch of its mesh.
 pub(super) const SHORT_MM: f64 = 0.011;
 /// Steps of 1 ms in which the tool reaches 2 mm when the force is read on the way.
 const STEPS_IN: u32 = 300;
 
-/// The backed reference's force over its travel.
+/// The reference's force over its travel, backed or hollow.
 ///
 /// # Errors
 /// [`ChartError::Reference`] when the file is damaged.
-pub fn reference() -> Result<ForceCurve, ChartError> {
-    Ok(ForceCurve::parse(BACKED)?)
+pub fn reference(hollow: bool) -> Result<ForceCurve, ChartError> {
+    Ok(ForceCurve::parse(if hollow { HOLLOW } else { BACKED })?)
 }
 
-/// Force at one travel, backed.
+/// Force at one travel.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceFigures {
     /// Row of the table of methods.
     pub row: usize,
+    /// What holds the wall.
+    pub support: Support,
     /// Travel of the tool, mm.
     pub travel_mm: f64,
     /// Force when the tool has stood for 1.5 s, N.
@@ -53,33 +58,43 @@ impl ForceFigures {
     }
 }
 
-/// Reads the force at every travel, with every row of the table.
+/// Reads the force at every travel: backed with every row of the table, hollow with those that know what that is.
 ///
 /// # Errors
 /// [`ChartError`] as for a single dent.
 pub fn measure(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<ForceFigures>, ChartError> {
-    let curve = reference()?;
     let mut figures = Vec::new();
     for (row, entrant) in ENTRANTS.iter().enumerate().filter(|(_, entrant)| extent.asks(entrant)) {
         progress.begin(&format!("{}: force over travel", entrant.title));
-        let moving = match entrant.method() {
-            Some(method) => on_the_way(&Dent { method, ..reference_dent(extent.case_grid, 2.0, false) })?,
-            None => Vec::new(),
-        };
-        for &travel_mm in &extent.travels_mm {
-            let dented = entrant.dent(&reference_dent(extent.case_grid, travel_mm, false), Support::Backed)?;
-            let passed = moving.iter().find(|(depth_mm, _)| *depth_mm >= travel_mm - 1e-4);
-            figures.push(ForceFigures {
-                row,
-                travel_mm: travel_mm.into(),
-                resting_n: dented.force_n.into(),
-                moving_n: passed.map(|(_, force_n)| f64::from(*force_n)),
-                reference_n: curve.first_at_n(f64::from(travel_mm) - SHORT_MM),
-                reference_largest_n: curve.largest_n(),
-            });
+        for support in SUPPORTS {
+            if support == Support::Backed || entrant.supports.contains(&support) {
+                figures.extend(over_travel(row, support, extent)?);
+            }
         }
     }
     Ok(figures)
+}
+
+fn over_travel(row: usize, support: Support, extent: &Extent) -> Result<Vec<ForceFigures>, ChartError> {
+    let (entrant, curve) = (&ENTRANTS[row], reference(support == Support::Hollow)?);
+    let moving = match entrant.method() {
+        Some(method) => on_the_way(&Dent { method, ..reference_dent(extent.case_grid, 2.0, false) })?,
+        None => Vec::new(),
+    };
+    let figures = extent.travels_mm.iter().map(|&travel_mm| {
+        let dented = entrant.dent(&reference_dent(extent.case_grid, travel_mm, false), support)?;
+        let passed = moving.iter().find(|(depth_mm, _)| *depth_mm >= travel_mm - 1e-4);
+        Ok(ForceFigures {
+            row,
+            support,
+            travel_mm: travel_mm.into(),
+            resting_n: dented.force_n.into(),
+            moving_n: passed.map(|(_, force_n)| f64::from(*force_n)),
+            reference_n: curve.first_at_n(f64::from(travel_mm) - SHORT_MM),
+            reference_largest_n: curve.largest_n(),
+        })
+    });
+    figures.collect()
 }
 
 /// Travel, mm, and force, N, at every step while the tool comes in.
@@ -107,7 +122,7 @@ impl Row for ForceFigures {
     fn cells(&self) -> Vec<Cell> {
         vec![
             ENTRANTS[self.row].name.into(),
-            "backed".into(),
+            self.support.name().into(),
             self.travel_mm.into(),
             self.resting_n.into(),
             self.moving_n.into(),

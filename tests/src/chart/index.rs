@@ -6,6 +6,7 @@
 use std::fmt::Write;
 
 use super::Figures;
+use super::cases::Support;
 use super::entrant::ENTRANTS;
 use super::pictures;
 
@@ -28,7 +29,11 @@ pub(super) fn page(figures: &Figures) -> String {
     line(format_args!("|---|---|---|---|---|---|"));
     for (row, entrant) in ENTRANTS.iter().enumerate() {
         let Some(own) = figures.methods.iter().find(|own| own.row == row && own.grid == grid) else { continue };
-        let forces = figures.forces.iter().filter(|force| force.row == row).filter_map(|force| force.error());
+        let forces = figures
+            .forces
+            .iter()
+            .filter(|force| force.row == row && force.support == Support::Backed)
+            .filter_map(|force| force.error());
         let force = forces.map(f64::abs).fold(0.0, f64::max) * 100.0;
         let p99 = own.times.map_or_else(|| "–".to_owned(), |times| format!("{:.1} µs", times.p99_us));
         let (permanent, loaded) = (own.permanent * 100.0, own.loaded * 100.0);

@@ -195,27 +195,32 @@ fn forces(figures: &Figures) -> Result<Canvas, ChartError> {
     entries.extend(rows(|row| all.iter().any(|force| force.row == row)));
     entries.push((Sign::Dashed(FRAME), "dashed: while the tool comes in at 6.7 mm/s".to_owned()));
     let (canvas, room) = sheet(
-        "Force on a 12 mm sphere over its travel, backed wall",
+        "Force on a 12 mm sphere over its travel",
         &entries,
         "Marks: the tool has stood still for 1.5 s. Clay goes on carrying it; the published methods let it sink until nothing \
-         pushes back. Elastic yardsticks leave the picture. Past 1 mm the reference dips, because there it was let go and \
-         pressed anew.",
+         pushes back, and free-form deformation has no force: all three lie on 0. What is elastic only leaves the picture. Past 1 mm the backed reference dips, because there it was let \
+         go and pressed anew. Hollow: those that know that.",
     );
-    let curve = force::reference()?;
-    let y = Axis::linear("radial force, N", -0.05 * curve.largest_n(), 1.5 * curve.largest_n());
-    let panel = Panel::new(&canvas, room, "", Axis::linear("travel of the tool, mm", 0.0, 2.1), y);
-    let travels = (0..=100).map(|part| f64::from(part) * 0.02);
-    let reference: Vec<[f64; 2]> =
-        travels.filter_map(|travel| Some([travel, curve.first_at_n(travel - force::SHORT_MM)?])).collect();
-    panel.line(&reference, INK, 2.5);
-    for (row, _) in ENTRANTS.iter().enumerate() {
-        let own: Vec<_> = all.iter().filter(|force| force.row == row).collect();
-        let look = Look::of_row(row);
-        let moving: Vec<[f64; 2]> = own.iter().filter_map(|force| Some([force.travel_mm, force.moving_n?])).collect();
-        let resting: Vec<[f64; 2]> = own.iter().map(|force| [force.travel_mm, force.resting_n]).collect();
-        panel.dashed(&moving, look.colour, 2.0);
-        panel.line(&resting, look.colour, 2.5);
-        panel.marks(&resting, look);
+    for (column, support) in force::SUPPORTS.into_iter().enumerate() {
+        let curve = force::reference(support == Support::Hollow)?;
+        let y = Axis::linear("radial force, N", -0.05 * curve.largest_n(), 1.5 * curve.largest_n());
+        let part = cell(room, (column, force::SUPPORTS.len()), (0, 1));
+        let x = Axis::linear("travel of the tool, mm", 0.0, 2.1);
+        let panel = Panel::new(&canvas, part, support.name(), x, y);
+        let travels = (0..=100).map(|part| f64::from(part) * 0.02);
+        let reference: Vec<[f64; 2]> =
+            travels.filter_map(|travel| Some([travel, curve.first_at_n(travel - force::SHORT_MM)?])).collect();
+        panel.line(&reference, INK, 2.5);
+        for (row, _) in ENTRANTS.iter().enumerate().rev() {
+            let own: Vec<_> = all.iter().filter(|force| force.row == row && force.support == support).collect();
+            let look = Look::of_row(row);
+            let moving: Vec<[f64; 2]> =
+                own.iter().filter_map(|force| Some([force.travel_mm, force.moving_n?])).collect();
+            let resting: Vec<[f64; 2]> = own.iter().map(|force| [force.travel_mm, force.resting_n]).collect();
+            panel.dashed(&moving, look.colour, 2.0);
+            panel.line(&resting, look.colour, 2.5);
+            panel.marks(&resting, look);
+        }
     }
     Ok(canvas)
 }
