@@ -79,7 +79,9 @@ impl HapticLoop {
     #[must_use]
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
         let hand = Hand::new(side.patches.read().clone());
-        let haptics = Haptics::new(device.limits());
+        let mut limits = device.limits();
+        limits.scale *= hand.method().felt_share();
+        let haptics = Haptics::new(limits);
         Self {
             device,
             hand,
@@ -106,11 +108,16 @@ impl HapticLoop {
         match self.haptics.accept(reported) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
-                self.felt = self.press(ToolSample { tick: stamp, tool: self.device.tool(), centre });
+                let tool = self.device.tool();
+                let side = self.hand.side(stamp, tool, centre);
+                self.felt = self.press(ToolSample { tick: stamp, tool, centre, side });
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}
-            None => self.felt = Felt::default(),
+            None => {
+                self.hand.put_down();
+                self.felt = Felt::default();
+            }
         }
         self.device.set_force(self.felt.force_n);
         let newtons = self.felt.force_n.length();

@@ -9,7 +9,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::clay::{Material, MethodKind, Pot, PotError, PotSpec};
+use crate::clay::{Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{Notice, Refusal, Request};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::units::{Rpm, Tick};
@@ -98,7 +98,8 @@ impl Room {
     pub fn new(config: RoomConfig) -> Result<Self, PotError> {
         let mut benches = Vec::new();
         for _ in 0..config.wheels {
-            benches.push(Bench::new(Pot::new(config.pot)?, config.method, config.wheel_speed, config.clay));
+            let spec = PotSpec { keeps_volume: config.method.keeps_volume(), ..config.pot };
+            benches.push(Bench::new(Pot::new(spec)?, config.method, config.wheel_speed, config.clay));
         }
         Ok(Self {
             config,

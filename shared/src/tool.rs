@@ -124,9 +124,23 @@ pub struct ToolSample {
     pub tool: Sphere,
     /// Its centre in the room: z up along the wheel's axis, the foot of the pot at zero.
     pub centre: Position,
+    /// On which side of the wall it works.
+    pub side: Side,
 }
 
 impl ToolSample {
     /// Fastest a hand moves; a faster sample is refused.
     pub const SPEED_MAX_M_S: f32 = 5.0;
+    /// Ticks between two samples of which the later goes on where the earlier was.
+    const GAP_MAX: i64 = 4;
+
+    /// Whether the tool went from `before` to here: the same one on the same side, a few ticks ago, no faster than a hand.
+    #[must_use]
+    pub fn follows(&self, before: &Self) -> bool {
+        let ticks = self.tick.since(before.tick);
+        (1..=Self::GAP_MAX).contains(&ticks)
+            && self.tool == before.tool
+            && self.side == before.side
+            && self.centre.distance_m(before.centre) <= Self::SPEED_MAX_M_S * Tick::PERIOD.0 * ticks as f32
+    }
 }

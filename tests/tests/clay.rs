@@ -9,7 +9,7 @@ use glam::Vec3;
 use pottery_shared::clay::{
     Conditions, Contact, Footprint, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel,
 };
-use pottery_shared::tool::{Position, Sphere, ToolSample};
+use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 fn pot_of(columns: u32, rows: u32) -> Pot {
@@ -268,8 +268,8 @@ fn scripted_run(method: MethodKind) -> (u64, f64) {
             .zip(radii)
             .map(|(centre, radius_mm)| {
                 let sample =
-                    ToolSample { tick: Tick(number as u64), tool: sphere(radius_mm), centre: Position(centre) };
-                conditions.press(&sample)
+                    ToolSample { tick: Tick(number as u64), tool: sphere(radius_mm), centre: Position(centre), side: Side::Outside };
+                conditions.press(&sample, None)
             })
             .collect();
         substep.advance(&mut pot, &presses, method, |_, _| {});

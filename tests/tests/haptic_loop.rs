@@ -166,6 +166,7 @@ fn handing_over_clay_allocates_nothing() {
         tick: Tick(5),
         tool: Sphere::default(),
         centre: pottery_shared::tool::Position::nearest(pressing(0)).unwrap(),
+        side: pottery_shared::tool::Side::Outside,
     };
     source.press(&sample, &Conditions::default(), &mut SubStep::for_grid(shape), None);
     assert!(source.pot() != target.pot());

@@ -131,7 +131,7 @@ fn stroke_at(person: u64, tick: u64) -> [i32; 3] {
 fn run_of(first_tick: u64, positions: &[[i32; 3]]) -> Run {
     let step = |pair: &[[i32; 3]]| std::array::from_fn(|axis| (pair[1][axis] - pair[0][axis]) as i16);
     let steps = positions.windows(2).map(step).collect();
-    Run { first_tick, tool_radius_um: 12_000, start: positions[0], steps }
+    Run { first_tick, tool_radius_um: 12_000, inside: false, start: positions[0], steps }
 }
 
 /// A person's sound stroke over the given ticks, as one run.
@@ -142,7 +142,7 @@ fn stroke(person: u64, ticks: std::ops::Range<u64>) -> Run {
 
 /// A run of one sample.
 fn single(tick: u64, tool_radius_um: u16, start: [i32; 3]) -> Run {
-    Run { first_tick: tick, tool_radius_um, start, steps: Vec::new() }
+    Run { first_tick: tick, tool_radius_um, inside: false, start, steps: Vec::new() }
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn hostile_inputs() -> impl Strategy<Value = Inputs> {
     let steps = prop::collection::vec(prop::array::uniform3(prop_oneof![-20_i16..20, any::<i16>()]), 0..50);
     let radius = prop_oneof![500_u16..40_000, any::<u16>()];
     let run = (tick(), radius, prop::array::uniform3(coordinate), steps)
-        .prop_map(|(first_tick, tool_radius_um, start, steps)| Run { first_tick, tool_radius_um, start, steps });
+        .prop_map(|(first_tick, tool_radius_um, start, steps)| Run { first_tick, tool_radius_um, inside: false, start, steps });
     (number(), prop::collection::vec(run, 0..5)).prop_map(|(first, runs)| Inputs { first, runs })
 }
 

@@ -19,7 +19,7 @@ use pottery_server::{Server, ServerConfig, ServerError, Standing};
 use pottery_shared::clay::Pot;
 use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request};
 use pottery_shared::session::{Client, ClientError};
-use pottery_shared::tool::{Position, Sphere, ToolSample};
+use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::Quality;
 use pottery_tests::proxy::Proxy;
@@ -347,7 +347,7 @@ async fn a_client_that_vanishes_leaves_what_it_had_sent_and_the_others_go_on() {
     for number in 0..300 {
         let depth = 0.004 * (number as f32 / 300.0);
         let centre = Position::nearest(Vec3::new(0.072 - depth, 0.0, 0.1)).unwrap();
-        assert!(client.handle_sample(ToolSample { tick: Tick(first + number), tool: Sphere::default(), centre }));
+        assert!(client.handle_sample(ToolSample { tick: Tick(first + number), tool: Sphere::default(), centre, side: Side::Outside }));
     }
     while let Some(bytes) = client.poll_datagram(Duration::ZERO) {
         raw.connection.send_datagram(bytes.into()).unwrap();

@@ -13,7 +13,7 @@ use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Wetness};
 use pottery_shared::protocol::{FrameReader, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
-use pottery_shared::tool::{Position, Sphere, ToolSample};
+use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 
 /// splitmix64: enough for a test's dice.
@@ -140,7 +140,7 @@ impl World {
             let tick = Tick(0).offset(now as i64 + client.tick_offset());
             if let Some(point) = hand(peer.0, now) {
                 let centre = Position::nearest(point).unwrap();
-                client.handle_sample(ToolSample { tick, tool: Sphere::default(), centre });
+                client.handle_sample(ToolSample { tick, tool: Sphere::default(), centre, side: Side::Outside });
             }
             client.rebase();
             let mut outgoing = Vec::new();

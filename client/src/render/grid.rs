@@ -21,6 +21,9 @@ pub(super) struct GridTextures {
     source: wgpu::BindGroup,
     /// Relief and its filter for the walls.
     relief: wgpu::BindGroup,
+    uniform_buffer: wgpu::Buffer,
+    /// Distance between rows for which the relief was drawn, m.
+    row_height_m: f32,
     reach: (u32, u32),
     stale: Vec<Window>,
 }
@@ -28,6 +31,8 @@ pub(super) struct GridTextures {
 impl GridTextures {
     /// Windows remembered before the whole relief is drawn again instead.
     const STALE_MAX: usize = 64;
+    /// Growth of the pot from which on the light has to be reckoned anew: a thousandth of a slope is not seen.
+    const GROWTH_SEEN: f32 = 1e-3;
 
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, surface: &Surface) -> Self {
         let shape = surface.shape();
@@ -69,10 +74,11 @@ impl GridTextures {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
+        let row_height_m = surface.row_height_m();
         let source = layouts.bind_skin(device, &uniform_buffer, &radii_view);
         let relief = layouts.bind_relief(device, &relief_view, &filter);
         let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
-        Self { shape, radii, radii_view, relief_view, source, relief, reach: uniform.reach(), stale: vec![whole] }
+        Self { shape, radii, radii_view, relief_view, source, relief, uniform_buffer, row_height_m, reach: uniform.reach(), stale: vec![whole] }
     }
 
     pub(super) const fn radii(&self) -> &wgpu::Texture {
@@ -97,6 +103,14 @@ impl GridTextures {
         assert_eq!(surface.shape(), self.shape);
         assert!(window.first_column < self.shape.columns() && window.columns <= self.shape.columns());
         assert!(window.first_row + window.rows <= self.shape.rows());
+        if (surface.row_height_m() / self.row_height_m - 1.0).abs() > Self::GROWTH_SEEN {
+            // slopes are less steep on a higher pot
+            self.row_height_m = surface.row_height_m();
+            let skin = Skin { surface: 0, inset_m: 0.0, faces_outwards: true };
+            let uniform = SkinUniform::new(self.shape, self.row_height_m, skin, 0, Stride::FULL);
+            queue.write_buffer(&self.uniform_buffer, 0, bytemuck::bytes_of(&uniform));
+            self.stale.push(self.whole());
+        }
         for (first_column, columns) in parts(self.shape, window) {
             let start = first_column as usize * self.shape.rows() as usize + window.first_row as usize;
             queue.write_texture(

@@ -120,7 +120,7 @@ impl PotRenderer {
     /// When the pot has other surfaces than the one the renderer was made for, or the window lies outside.
     pub fn upload(&mut self, pot: &Pot, surface: usize, window: Window) {
         self.grids[surface].upload(&self.queue, &pot.surfaces()[surface], window);
-        self.outline = Outline::of(pot);
+        self.note_heights(pot);
     }
 
     /// Sends all radii to the device.
@@ -133,7 +133,14 @@ impl PotRenderer {
             let whole = grid.whole();
             grid.upload(&self.queue, surface, whole);
         }
+        self.note_heights(pot);
+    }
+
+    fn note_heights(&mut self, pot: &Pot) {
         self.outline = Outline::of(pot);
+        for drawing in &mut self.skins {
+            drawing.row_height_m = pot.surfaces()[drawing.skin.surface].row_height_m();
+        }
     }
 
     /// The radii of one surface as they lie on the device, `[columns][rows]`, m.

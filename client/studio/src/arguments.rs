@@ -55,7 +55,7 @@ struct HostFlags {
     #[arg(long)]
     code: Option<JoinCode>,
     /// How the clay deforms
-    #[arg(long, value_enum, default_value_t = MethodName::Improved)]
+    #[arg(long, value_enum, default_value_t = MethodName::Plastic)]
     method: MethodName,
     /// Clay as potters name it; everybody at the wheel may change it later
     #[arg(long, value_enum, default_value_t = ClayName::Throwing)]

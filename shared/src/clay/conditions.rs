@@ -4,7 +4,7 @@
 //! Invariant: the same sample under the same conditions is the same press, bit for bit.
 
 use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
-use crate::tool::{Side, ToolSample};
+use crate::tool::ToolSample;
 use crate::units::Tick;
 
 /// Everything about a wheel that is not clay.
@@ -19,14 +19,17 @@ pub struct Conditions {
 }
 
 impl Conditions {
-    /// The press that a sample makes, in the pot's frame at the sample's own tick.
+    /// The press that a sample makes, in the pot's frame at the sample's own tick; `before` is the sample that was pressed
+    /// before it with the same tool, if there is one.
     #[must_use]
-    pub fn press(&self, sample: &ToolSample) -> Press {
+    pub fn press(&self, sample: &ToolSample, before: Option<&ToolSample>) -> Press {
+        let before = before.filter(|before| sample.follows(before));
         let material = self.material.at(sample.tick);
         Press {
             tool: sample.tool,
             centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
-            side: Side::Outside,
+            from_m: before.map(|before| self.phase(before.tick).pot_from_room(before.centre.point_m())),
+            side: sample.side,
             turning: self.wheel.rate(sample.tick).signum() as i8,
             response: material.response(Tick::PERIOD),
             strength: material.strength,

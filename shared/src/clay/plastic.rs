@@ -95,6 +95,10 @@ impl Method for PlasticCsem {
         footprint.scratch = scratch;
         contact
     }
+
+    fn keeps_volume(&self) -> bool {
+        true
+    }
 }
 
 impl PlasticCsem {

@@ -5,7 +5,10 @@
 
 use alloc::vec::Vec;
 
+use glam::Vec3;
+
 use super::{Digest, GridError, GridShape, Surface, Window};
+use crate::tool::Side;
 use crate::units::Metres;
 
 /// What a pot is made from.
@@ -19,6 +22,9 @@ pub struct PotSpec {
     pub radius: Metres,
     /// Thickness of wall and bottom.
     pub wall: Metres,
+    /// Whether clay that is pressed away and not raised beside makes the pot higher, as in
+    /// [`super::MethodKind::keeps_volume`].
+    pub keeps_volume: bool,
 }
 
 /// Why a pot cannot be made.
@@ -49,6 +55,7 @@ impl Default for PotSpec {
             height: Metres::from_mm(200.0),
             radius: Metres::from_mm(60.0),
             wall: Metres::from_mm(8.0),
+            keeps_volume: true,
         }
     }
 }
@@ -141,10 +148,50 @@ impl Pot {
         ]
     }
 
+    /// Whether a point, m, stands above the rim, where a tool may change its side of the wall.
+    #[must_use]
+    pub fn is_above_rim(&self, point_m: Vec3) -> bool {
+        point_m.z > self.surfaces[0].height_m()
+    }
+
+    /// The side of the wall's middle on which a point stands, m; at the heights of foot and rim beyond them.
+    #[must_use]
+    pub fn side_of(&self, point_m: Vec3) -> Side {
+        let surface = &self.surfaces[0];
+        let (shape, last) = (surface.shape(), surface.shape().rows() - 1);
+        let column = libm::roundf(libm::atan2f(point_m.y, point_m.x) / shape.column_angle_rad());
+        let row = libm::roundf((point_m.z / surface.row_height_m()).clamp(0.0, last as f32));
+        let radius_m = surface.column_m(shape.wrap(column as i64))[row as usize] - 0.5 * surface.thickness_m();
+        if libm::hypotf(point_m.x, point_m.y) < radius_m { Side::Inside } else { Side::Outside }
+    }
+
     /// Volume within the outermost surface, m³.
     #[must_use]
     pub fn enclosed_volume_m3(&self) -> f64 {
         self.surfaces[0].enclosed_volume_m3()
+    }
+
+    /// Lets the pot grow by what was pressed away, after radii in the given windows of its surfaces have changed.
+    pub fn settle(&mut self, windows: impl Iterator<Item = (usize, Window)>) {
+        if !self.spec.keeps_volume {
+            return;
+        }
+        for (surface, window) in windows {
+            self.surfaces[surface].note_changed(window);
+        }
+        for surface in &mut self.surfaces {
+            surface.settle();
+        }
+    }
+
+    /// Becomes another pot of the same specification without allocating.
+    ///
+    /// # Panics
+    /// When the pots differ in shape.
+    pub fn copy_from(&mut self, from: &Self) {
+        for (surface, from) in self.surfaces.iter_mut().zip(&from.surfaces) {
+            surface.copy_from(from);
+        }
     }
 
     /// Takes the radii of a window of one surface over from a pot of the same specification.

@@ -18,6 +18,8 @@ pub struct Press {
     pub tool: Sphere,
     /// Its centre on the pot, m.
     pub centre_m: Vec3,
+    /// Where it came from in this step, m, when it is known; what lies between is pressed too.
+    pub from_m: Option<Vec3>,
     /// On which side of the wall it works.
     pub side: Side,
     /// Which way the clay turns under it: −1, 0 or 1.
@@ -29,6 +31,9 @@ pub struct Press {
 }
 
 impl Press {
+    /// Most parts of one press: a hand at its fastest with a sphere of 1 mm.
+    pub const PARTS_MAX: u32 = 16;
+
     /// A tool held outside of a still pot of the default clay for one tick.
     #[must_use]
     pub fn held(tool: Sphere, centre_m: Vec3) -> Self {
@@ -36,11 +41,36 @@ impl Press {
         Self {
             tool,
             centre_m,
+            from_m: None,
             side: Side::Outside,
             turning: 0,
             response: material.response(Tick::PERIOD),
             strength: material.strength,
         }
+    }
+
+    /// Parts into which its way is cut, so that each is at most a third of the tool's radius: the grooves of a small contact
+    /// overlap then.
+    fn parts(&self) -> u32 {
+        let Some(from_m) = self.from_m else { return 1 };
+        let parts = libm::ceilf(self.centre_m.distance(from_m) * 3.0 / self.tool.radius().0);
+        if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
+    }
+
+    /// The press at the end of part `number` of `parts`, counted from 1, with its share of the time: the tool goes round the
+    /// axis, as clay under a still tool does.
+    fn part(&self, number: u32, parts: u32) -> Self {
+        let response = 1.0 - libm::powf(1.0 - self.response, 1.0 / parts as f32);
+        let (Some(from_m), true) = (self.from_m, number < parts) else { return Self { response, ..*self } };
+        let share = number as f32 / parts as f32;
+        let polar = |at: Vec3| (libm::hypotf(at.x, at.y), libm::atan2f(at.y, at.x));
+        let ((near, begin), (far, end)) = (polar(from_m), polar(self.centre_m));
+        let turn = end - begin;
+        let turn = turn - core::f32::consts::TAU * libm::roundf(turn / core::f32::consts::TAU);
+        let distance = near + (far - near) * share;
+        let (sin, cos) = libm::sincosf(begin + turn * share);
+        let z = from_m.z + (self.centre_m.z - from_m.z) * share;
+        Self { centre_m: Vec3::new(distance * cos, distance * sin, z), response, ..*self }
     }
 }
 
@@ -53,6 +83,8 @@ impl Press {
 pub struct SubStep {
     footprints: Vec<Footprint>,
     contacts: Vec<Contact>,
+    /// The presses of the part at hand.
+    parts: Vec<Press>,
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
     outward_m: Vec<f32>,
@@ -65,6 +97,7 @@ impl SubStep {
         Self {
             footprints: alloc::vec![Footprint::for_grid(shape)],
             contacts: Vec::with_capacity(1),
+            parts: Vec::with_capacity(1),
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
         }
@@ -73,7 +106,8 @@ impl SubStep {
     /// Advances `pot` by one step under `presses` and tells `touched` of every window that changed.
     ///
     /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order;
-    /// its force adds up over the surfaces.
+    /// its force adds up over the surfaces. Where a tool has moved far, all go in as many parts as the farthest needs, at
+    /// most [`Press::PARTS_MAX`], and the contacts are those of the last.
     pub fn advance(
         &mut self,
         pot: &mut Pot,
@@ -81,6 +115,28 @@ impl SubStep {
         method: impl Method,
         mut touched: impl FnMut(usize, Window),
     ) -> &[Contact] {
+        let parts = presses.iter().map(Press::parts).max().unwrap_or(1);
+        let mut now = core::mem::take(&mut self.parts);
+        for number in 1..=parts {
+            now.clear();
+            if parts == 1 {
+                now.extend_from_slice(presses);
+            } else {
+                now.extend(presses.iter().map(|press| press.part(number, parts)));
+            }
+            self.advance_once(pot, &now, &method, &mut touched);
+        }
+        self.parts = now;
+        &self.contacts
+    }
+
+    fn advance_once(
+        &mut self,
+        pot: &mut Pot,
+        presses: &[Press],
+        method: &impl Method,
+        touched: &mut impl FnMut(usize, Window),
+    ) {
         self.contacts.clear();
         self.contacts.resize(presses.len(), Contact::default());
         for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
@@ -106,7 +162,6 @@ impl SubStep {
                 }
             }
         }
-        &self.contacts
     }
 
     fn merge(&mut self, surface: &mut Surface, presses: usize) {
@@ -127,20 +182,18 @@ impl SubStep {
                 }
             }
         }
-        for footprint in &self.footprints[..presses] {
+        for footprint in &mut self.footprints[..presses] {
             let window = footprint.window();
-            for column in window.grid_columns(shape) {
-                for row in window.first_row..window.first_row + window.rows {
-                    let index = column as usize * rows + row as usize;
-                    let delta = self.inward_m[index] + self.outward_m[index];
+            for (local, column) in window.grid_columns(shape).enumerate() {
+                let start = column as usize * rows + window.first_row as usize;
+                let inward = &mut self.inward_m[start..];
+                let outward = &mut self.outward_m[start..];
+                for ((delta, inward), outward) in footprint.column_mut(local as u32).iter_mut().zip(inward).zip(outward) {
                     // cleared, so that an overlapping footprint finds the element done
-                    self.inward_m[index] = 0.0;
-                    self.outward_m[index] = 0.0;
-                    if delta != 0.0 {
-                        surface.set_radius(column, row, surface.column_m(column)[row as usize] + delta);
-                    }
+                    *delta = core::mem::take(inward) + core::mem::take(outward);
                 }
             }
+            surface.displace(footprint);
         }
     }
 }

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 
 use wide::f32x8;
 
-use super::contact::{LANES, load, sum};
+use super::contact::{LANES, load};
 use super::{Digest, Footprint, GridShape, Window};
 
 /// A grid of circular sector elements: radius r(θ, z) of the skin at evenly spaced angles and heights.
@@ -19,6 +19,7 @@ use super::{Digest, Footprint, GridShape, Window};
 pub struct Surface {
     shape: GridShape,
     height_m: f32,
+    ledger: Ledger,
     radius_min_m: f32,
     radius_max_m: f32,
     thickness_m: f32,
@@ -54,6 +55,7 @@ impl Surface {
         Self {
             shape,
             height_m,
+            ledger: Ledger::untouched(shape, height_m, radius_m),
             radius_min_m,
             radius_max_m,
             thickness_m,
@@ -145,23 +147,17 @@ impl Surface {
     /// Moves the elements of a window by a footprint's displacements; as in [`Surface::set_radius`], the bounds hold and
     /// what is not a number changes nothing.
     ///
-    /// Returns the volume that the skin encloses more than before, m³: `Σ ½·(r₁ − r₀)·(r₁ + r₀)·Δθ·Δz`, half of it on the foot
-    /// and the rim as in [`Surface::enclosed_volume_m3`].
-    ///
     /// # Panics
     /// When the window lies outside of the grid.
-    pub fn displace(&mut self, footprint: &Footprint) -> f64 {
+    pub fn displace(&mut self, footprint: &Footprint) {
         let window = footprint.window();
         let rows = self.shape.rows();
         let (low, high) = (f32x8::splat(self.radius_min_m), f32x8::splat(self.radius_max_m));
         let mut widest = f32x8::ZERO;
-        let mut squares_m2 = 0.0;
         for (local, column) in window.grid_columns(self.shape).enumerate() {
             let start = column as usize * rows as usize + window.first_row as usize;
             let deltas_m = footprint.column(local as u32);
             let radii_m = &mut self.radii_m[start..][..deltas_m.len()];
-            let ends = [radii_m[0], radii_m[radii_m.len() - 1]];
-            let mut grown = f32x8::ZERO;
             let mut move_eight = |radii: [f32; LANES], deltas: [f32; LANES]| {
                 let (radius, delta) = (f32x8::new(radii), f32x8::new(deltas));
                 let moved = radius + delta;
@@ -169,7 +165,6 @@ impl Surface {
                 // what is not a number is equal to nothing
                 let kept = moved.simd_eq(moved).bitselect(within, radius);
                 widest = widest.fast_max(kept);
-                grown += (kept - radius) * (kept + radius);
                 kept.to_array()
             };
             let (radii, last_radii) = radii_m.as_chunks_mut::<LANES>();
@@ -181,17 +176,8 @@ impl Surface {
                 let kept = move_eight(load(last_radii).to_array(), load(last_deltas).to_array());
                 last_radii.copy_from_slice(&kept[..last_radii.len()]);
             }
-            squares_m2 += f64::from(sum(grown));
-            let half = |before: f32, after: f32| 0.5 * f64::from((after - before) * (after + before));
-            if window.first_row == 0 {
-                squares_m2 -= half(ends[0], radii_m[0]);
-            }
-            if window.end_row() == rows {
-                squares_m2 -= half(ends[1], radii_m[radii_m.len() - 1]);
-            }
         }
         self.widest_m = widest.to_array().into_iter().fold(self.widest_m, f32::max);
-        0.5 * squares_m2 * f64::from(self.shape.column_angle_rad()) * f64::from(self.row_height_m())
     }
 
     /// Takes the radii of `window` over from a surface of the same shape.
@@ -207,6 +193,51 @@ impl Surface {
             self.radii_m[range.clone()].copy_from_slice(&from.radii_m[range]);
         }
         self.widest_m = self.widest_m.max(from.widest_m);
+        self.height_m = from.height_m;
+    }
+
+    /// Becomes a surface of the same shape without allocating.
+    ///
+    /// # Panics
+    /// When the shapes differ.
+    pub fn copy_from(&mut self, from: &Self) {
+        assert_eq!(self.shape, from.shape);
+        self.radii_m.copy_from_slice(&from.radii_m);
+        self.ledger.copy_from(&from.ledger);
+        (self.height_m, self.widest_m) = (from.height_m, from.widest_m);
+    }
+
+    /// Takes the radii as they are for those of the untouched skin, to which [`Surface::settle`] compares.
+    pub fn take_as_untouched(&mut self) {
+        let columns = 0..self.shape.columns();
+        let mut ledger = Ledger::untouched(self.shape, self.ledger.first_height_m, 0.0);
+        for column in columns {
+            ledger.note(column, self.column_m(column));
+        }
+        ledger.first_sum_m2 = ledger.sum_m2;
+        self.height_m = ledger.first_height_m;
+        self.ledger = ledger;
+    }
+
+    /// Notes that radii in a window are others than when [`Surface::settle`] last looked.
+    pub(super) fn note_changed(&mut self, window: Window) {
+        for column in window.grid_columns(self.shape) {
+            self.ledger.stale[column as usize] = true;
+        }
+    }
+
+    /// Makes the skin as high as it has to be to enclose what it enclosed when it was untouched.
+    ///
+    /// `h = h₀·V₀/V`, V the volume within the radii at the first height h₀, within half and twice that height. The sum of
+    /// squares is exact for radii that are multiples of 2⁻¹⁸ m, so that it does not depend on what was settled before.
+    pub(super) fn settle(&mut self) {
+        let rows = self.shape.rows() as usize;
+        for column in 0..self.shape.columns() {
+            if core::mem::take(&mut self.ledger.stale[column as usize]) {
+                self.ledger.note(column, &self.radii_m[column as usize * rows..][..rows]);
+            }
+        }
+        self.height_m = self.ledger.height_m();
     }
 
     /// Volume enclosed between the skin and the axis, m³.
@@ -232,6 +263,52 @@ impl Surface {
         for radius in &self.radii_m {
             digest.add(radius.to_bits());
         }
+    }
+}
+
+/// How much clay stands in each column, against which height makes up for what was pressed away.
+#[derive(Clone, Debug)]
+struct Ledger {
+    /// Σ r² over a column, half at foot and rim, `[columns]`, m².
+    columns_m2: Vec<f64>,
+    /// Columns whose sum is not known any more.
+    stale: Vec<bool>,
+    sum_m2: f64,
+    first_sum_m2: f64,
+    first_height_m: f32,
+}
+
+impl Ledger {
+    /// Farthest that a skin grows or shrinks.
+    const GROWTH_MAX: f64 = 2.0;
+
+    fn untouched(shape: GridShape, height_m: f32, radius_m: f32) -> Self {
+        let column_m2 = f64::from(radius_m) * f64::from(radius_m) * f64::from(shape.rows() - 1);
+        let sum_m2 = column_m2 * f64::from(shape.columns());
+        let columns_m2 = alloc::vec![column_m2; shape.columns() as usize];
+        let stale = alloc::vec![false; shape.columns() as usize];
+        Self { columns_m2, stale, sum_m2, first_sum_m2: sum_m2, first_height_m: height_m }
+    }
+
+    fn copy_from(&mut self, other: &Self) {
+        self.columns_m2.copy_from_slice(&other.columns_m2);
+        self.stale.copy_from_slice(&other.stale);
+        (self.sum_m2, self.first_sum_m2) = (other.sum_m2, other.first_sum_m2);
+        self.first_height_m = other.first_height_m;
+    }
+
+    fn note(&mut self, column: u32, radii_m: &[f32]) {
+        let square = |radius_m: f32| f64::from(radius_m) * f64::from(radius_m);
+        let all: f64 = radii_m.iter().map(|&radius_m| square(radius_m)).sum();
+        let ends = square(radii_m[0]) + square(radii_m[radii_m.len() - 1]);
+        let now_m2 = all - 0.5 * ends;
+        let before_m2 = core::mem::replace(&mut self.columns_m2[column as usize], now_m2);
+        self.sum_m2 += now_m2 - before_m2;
+    }
+
+    fn height_m(&self) -> f32 {
+        let growth = (self.first_sum_m2 / self.sum_m2).clamp(1.0 / Self::GROWTH_MAX, Self::GROWTH_MAX);
+        (f64::from(self.first_height_m) * growth) as f32
     }
 }
 

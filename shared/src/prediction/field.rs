@@ -17,6 +17,8 @@ pub struct Field {
     /// Tiles pressed since the last snapshot tick.
     unrounded: Touched,
     through: Tick,
+    /// The sample pressed last.
+    last: Option<ToolSample>,
 }
 
 impl Field {
@@ -24,7 +26,7 @@ impl Field {
     #[must_use]
     pub fn new(pot: Pot, through: Tick) -> Self {
         let unrounded = Touched::none(shapes(&pot).into_iter());
-        Self { pot, unrounded, through }
+        Self { pot, unrounded, through, last: None }
     }
 
     /// The clay.
@@ -51,7 +53,8 @@ impl Field {
             return Contact::default();
         }
         self.advance(sample.tick.offset(-1));
-        let press = conditions.press(sample);
+        let press = conditions.press(sample, self.last.as_ref());
+        self.last = Some(*sample);
         let mut own = touched;
         let unrounded = &mut self.unrounded;
         let contacts = substep.advance(&mut self.pot, &[press], conditions.method, |surface, window| {
@@ -74,18 +77,22 @@ impl Field {
             for (surface, _, window) in self.unrounded.iter() {
                 round(&mut self.pot, surface, window);
             }
+            self.pot.settle(self.unrounded.iter().map(|(surface, _, window)| (surface, window)));
             self.unrounded.clear();
         }
         self.through = tick;
     }
 
-    /// Becomes the confirmed clay again in the given tiles, with no sample applied after `through`.
-    pub(super) fn rewind(&mut self, confirmed: &Pot, tiles: &Touched, through: Tick) {
+    /// Becomes the confirmed clay again in the given tiles, with no sample applied after `through`; `last` is the one
+    /// applied last.
+    pub(super) fn rewind(&mut self, confirmed: &Pot, tiles: &Touched, through: Tick, last: Option<ToolSample>) {
         for (surface, _, window) in tiles.iter() {
             self.pot.copy_window(confirmed, surface, window);
         }
+        self.pot.settle(tiles.iter().map(|(surface, _, window)| (surface, window)));
         self.unrounded.clear();
         self.through = through;
+        self.last = last;
     }
 
     /// Takes over another field of the same pot without allocating.
@@ -93,14 +100,11 @@ impl Field {
     /// # Panics
     /// When the pots differ in shape.
     pub fn copy_from(&mut self, other: &Self) {
-        for number in 0..other.pot.surfaces().len() {
-            let shape = other.pot.surfaces()[number].shape();
-            let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
-            self.pot.copy_window(&other.pot, number, whole);
-        }
+        self.pot.copy_from(&other.pot);
         self.unrounded.clear();
         self.unrounded.add_all(&other.unrounded);
         self.through = other.through;
+        self.last = other.last;
     }
 }
 

@@ -5,8 +5,11 @@
 //! once the patch has caught up. So the work of a tick is bounded whatever the network does.
 //! Invariant: `recent` holds the hand's latest samples in ascending order of tick.
 
-use crate::clay::{Conditions, Contact, GridShape, SubStep};
-use crate::tool::ToolSample;
+use glam::Vec3;
+
+use crate::clay::{Conditions, Contact, GridShape, MethodKind, SubStep};
+use crate::tool::{Position, Side, Sphere, ToolSample};
+use crate::units::Tick;
 
 use super::Field;
 
@@ -31,6 +34,8 @@ pub struct Hand {
     /// A ring; `recorded` counts all samples ever put in.
     recent: [Option<ToolSample>; RECENT],
     recorded: usize,
+    /// On which side of the wall the tool works, while there is one.
+    side: Option<Side>,
 }
 
 impl Hand {
@@ -39,13 +44,33 @@ impl Hand {
     pub fn new(patch: Patch) -> Self {
         let largest = patch.field.pot().surfaces().iter().map(crate::clay::Surface::shape).max_by_key(|s| s.elements());
         let substep = SubStep::for_grid(largest.unwrap_or(GridShape::PAPER));
-        Self { field: patch.field, conditions: patch.conditions, substep, recent: [None; RECENT], recorded: 0 }
+        Self { field: patch.field, conditions: patch.conditions, substep, recent: [None; RECENT], recorded: 0, side: None }
     }
 
     /// The clay it feels.
     #[must_use]
     pub const fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// The method by which the clay answers.
+    #[must_use]
+    pub const fn method(&self) -> MethodKind {
+        self.conditions.method
+    }
+
+    /// The side of the wall on which the tool works at a place of the room: where it first stood, until it went over the
+    /// rim.
+    pub fn side(&mut self, tick: Tick, tool: Sphere, centre: Position) -> Side {
+        let at_m = self.conditions.phase(tick).pot_from_room(centre.point_m());
+        let pot = self.field.pot();
+        let kept = self.side.filter(|_| !pot.is_above_rim(at_m - Vec3::Z * tool.radius().0));
+        *self.side.insert(kept.unwrap_or_else(|| pot.side_of(at_m)))
+    }
+
+    /// Forgets on which side the tool was, since there is none.
+    pub const fn put_down(&mut self) {
+        self.side = None;
     }
 
     /// Presses one sample; the contact's force is in the room's frame.

@@ -41,6 +41,8 @@ pub struct Predictor {
     pending: VecDeque<Pending>,
     next_sequence: u32,
     last_tick: Option<Tick>,
+    /// The newest own sample that the confirmed clay holds.
+    confirmed: Option<ToolSample>,
     /// Tiles in which the field may differ from the confirmed clay.
     ahead: Touched,
 }
@@ -62,6 +64,7 @@ impl Predictor {
             pending: VecDeque::with_capacity(Self::PENDING_MAX),
             next_sequence: 0,
             last_tick: None,
+            confirmed: None,
             ahead,
         }
     }
@@ -122,12 +125,12 @@ impl Predictor {
             self.before.copy_window(self.field.pot(), surface, window);
         }
         while self.pending.front().is_some_and(|first| (first.sequence.wrapping_sub(acknowledged) as i32) < 0) {
-            self.pending.pop_front();
+            self.confirmed = self.pending.pop_front().map(|pending| pending.sample);
         }
         let through = self.field.through();
         self.ahead.clear();
         let rewound_to = self.pending.front().map_or(at, |first| at.min(first.sample.tick.offset(-1)));
-        self.field.rewind(replica.pot(), &dirty, rewound_to);
+        self.field.rewind(replica.pot(), &dirty, rewound_to, self.confirmed);
         for pending in &self.pending {
             self.field.press(&pending.sample, conditions, &mut self.substep, Some(&mut self.ahead));
         }

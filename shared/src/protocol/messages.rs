@@ -173,6 +173,8 @@ pub struct Run {
     pub first_tick: u64,
     /// The tool's radius, µm.
     pub tool_radius_um: u16,
+    /// Whether it works inside of the pot.
+    pub inside: bool,
     /// First position, in steps of 10 µm.
     pub start: [i32; 3],
     /// Movement from tick to tick after it, in the same steps.

@@ -236,7 +236,7 @@ impl Bench {
         self.pressing.clear();
         for (&peer, seat) in &mut self.seats {
             if let Some(sample) = seat.peer.take_due(tick) {
-                self.presses.push(self.conditions.press(&sample));
+                self.presses.push(self.conditions.press(&sample, seat.peer.last_sample()));
                 self.pressing.push((peer, sample));
             }
         }

@@ -100,6 +100,12 @@ impl Peer {
         self.inputs.take_due(tick)
     }
 
+    /// The sample of its tool that was pressed last.
+    #[must_use]
+    pub fn last_sample(&self) -> Option<&ToolSample> {
+        self.last.as_ref().map(|(sample, _)| sample)
+    }
+
     /// Notes where the tool was pressed last, and whether it touched.
     pub const fn note_tool(&mut self, sample: ToolSample, touching: bool) {
         self.last = Some((sample, touching));

@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 
 use crate::prediction::Pending;
 use crate::protocol::{Inputs, Run};
-use crate::tool::{Position, Sphere, ToolSample};
+use crate::tool::{Position, Side, Sphere, ToolSample};
 use crate::units::{Metres, Tick};
 
 /// Most bytes of a packed sample: three zigzag varints of 16 bits.
@@ -48,6 +48,7 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
             _ => inputs.runs.push(Run {
                 first_tick: sample.tick.0,
                 tool_radius_um: radius_um(sample.tool),
+                inside: sample.side == Side::Inside,
                 start: sample.centre.0,
                 steps: Vec::new(),
             }),
@@ -59,7 +60,7 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
 }
 
 fn step_between(last: &ToolSample, next: &ToolSample) -> Option<[i16; 3]> {
-    if next.tick != last.tick.next() || next.tool != last.tool {
+    if next.tick != last.tick.next() || next.tool != last.tool || next.side != last.side {
         return None;
     }
     let mut step = [0_i16; 3];
@@ -73,12 +74,13 @@ fn step_between(last: &ToolSample, next: &ToolSample) -> Option<[i16; 3]> {
 pub(super) fn unpack(inputs: &Inputs) -> impl Iterator<Item = (u32, Option<ToolSample>)> + '_ {
     let samples = inputs.runs.iter().flat_map(|run| {
         let tool = tool_of_um(run.tool_radius_um);
+        let side = if run.inside { Side::Inside } else { Side::Outside };
         let mut at = Some(run.start);
         core::iter::once([0; 3]).chain(run.steps.iter().copied()).enumerate().map(move |(number, step)| {
             at = at.and_then(|at| add(at, step));
             let centre = at.map(Position).filter(|centre| centre.is_within_reach())?;
             let tick = Tick(run.first_tick.checked_add(number as u64)?);
-            Some(ToolSample { tick, tool: tool?, centre })
+            Some(ToolSample { tick, tool: tool?, centre, side })
         })
     });
     // numbers wrap, and a range that starts at the last one would overflow

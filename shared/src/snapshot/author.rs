@@ -85,6 +85,7 @@ impl Author {
             code_surface_gap(&mut encoder, &mut models, &mut first_unsent, (surface, tile));
             models.tile(&mut encoder, window.rows as usize, &mut self.differences);
         }
+        pot.settle(touched.iter().map(|(surface, _, window)| (surface, window)));
         touched.clear();
         if !any {
             return None;
@@ -126,6 +127,7 @@ pub(super) fn untouched_grids(pot: &mut Pot) -> Vec<QuantisedGrid> {
                 surface.set_radius(column, row, dequantise(quantise(initial_m)));
             }
         }
+        surface.take_as_untouched();
         grid
     };
     pot.surfaces_mut().iter_mut().map(round).collect()

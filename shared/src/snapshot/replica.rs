@@ -153,6 +153,7 @@ impl Replica {
     }
 
     fn commit(&mut self, version: Version, touched: &mut Touched) {
+        let mut changed = Vec::new();
         for (surface, tile, values) in self.decoded.drain(..) {
             let grid = &mut self.grids[surface];
             if !grid.replace_tile(tile, &values) {
@@ -160,6 +161,7 @@ impl Replica {
             }
             touched.add(surface, tile);
             let window = grid.layout().window(tile);
+            changed.push((surface, window));
             let clay = &mut self.pot.surfaces_mut()[surface];
             let mut values = values.into_iter();
             for column in window.first_column..window.first_column + window.columns {
@@ -168,6 +170,7 @@ impl Replica {
                 }
             }
         }
+        self.pot.settle(changed.iter().copied());
         self.version = version;
     }
 }
