@@ -138,6 +138,7 @@ fn solid_without_a_hollow_is_filled_to_the_rim() {
         height: Metres::from_mm(20.0),
         radius: Metres::from_mm(80.0),
         wall: Metres::from_mm(30.0),
+        ..PotSpec::default()
     };
     let triangles = closed_solid(&Pot::new(spec).unwrap(), 1);
     assert_closed(&triangles);

@@ -89,6 +89,7 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
             height: Metres::from_mm(flags.height_mm),
             radius: Metres::from_mm(flags.pot_radius_mm),
             wall: Metres::from_mm(flags.wall_mm),
+            ..PotSpec::default()
         },
         strength: Strength { youngs_pa: flags.youngs_mpa * 1e6, yield_pa: flags.yield_kpa * 1e3 },
         tool: Metres::from_mm(flags.tool_radius_mm),
