@@ -106,8 +106,7 @@ impl Studio {
     }
 
     fn removed_mm3(&self) -> f64 {
-        (Studio::open().room.pot(0).unwrap().enclosed_volume_m3() - self.room.pot(0).unwrap().enclosed_volume_m3())
-            * 1e9
+        self.room.pot(0).unwrap().pressed_m3() * 1e9
     }
 
     fn refusals(&self) -> Refusals {

@@ -106,7 +106,7 @@ async fn assert_same_clay(server: &Server, wheel: usize, potters: &[&Potter]) {
 }
 
 fn less_mm3(before: &Pot, after: &Pot) -> f64 {
-    (before.enclosed_volume_m3() - after.enclosed_volume_m3()) * 1e9
+    (after.pressed_m3() - before.pressed_m3()) * 1e9
 }
 
 /// What was pressed out of the untouched pot, but for its rounding to the snapshot's steps.

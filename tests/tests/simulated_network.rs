@@ -68,7 +68,6 @@ struct Studio {
     network: Network,
     server: Server,
     seed: u64,
-    untouched_m3: f64,
     /// The server's tick 0.
     opened: Instant,
 }
@@ -94,9 +93,8 @@ impl Studio {
         let config = server_config(certificate).unwrap();
         let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
         let config = ServerConfig { wheel_speed: Rpm(60.0), ..ServerConfig::default() };
-        let untouched_m3 = Pot::new(config.pot).unwrap().enclosed_volume_m3();
         let server = Server::start_on(endpoint, &fingerprint, config).unwrap();
-        Self { network, server, seed, untouched_m3, opened: Instant::now() }
+        Self { network, server, seed, opened: Instant::now() }
     }
 
     async fn join(&self, number: u8, up: Quality, down: Quality, press_s: std::ops::Range<f64>) -> Person {
@@ -132,8 +130,8 @@ impl Studio {
         self.server.standing().await.unwrap()
     }
 
-    fn pressed_mm3(&self, standing: &Standing) -> f64 {
-        (self.untouched_m3 - standing.pots[0].enclosed_volume_m3()) * 1e9
+    fn pressed_mm3(standing: &Standing) -> f64 {
+        standing.pots[0].pressed_m3() * 1e9
     }
 
     /// Waits until everybody holds the server's clay and every sample is confirmed; says how long it took from the last
@@ -188,7 +186,7 @@ impl Studio {
         let standing = self.standing().await;
         assert_eq!(standing.counts.refusals.total(), 0, "seed {seed}: {:?}", standing.counts);
         outcome.digest = standing.digests[0];
-        outcome.pressed_mm3 = self.pressed_mm3(&standing);
+        outcome.pressed_mm3 = Self::pressed_mm3(&standing);
         let (up, down) = self.network.counts();
         outcome.packets = up.packets + down.packets;
         outcome.bytes = (up.bytes, down.bytes);
@@ -302,10 +300,10 @@ fn a_client_that_falls_silent_in_mid_stroke_disturbs_nobody_and_is_let_go() {
         let silent = people.remove(0);
         studio.network.cut(silent.address, true);
         let cut_at = Instant::now();
-        let before = studio.pressed_mm3(&studio.standing().await);
+        let before = Studio::pressed_mm3(&studio.standing().await);
         let settled_after = studio.settle(&people, ms(500)).await;
         let standing = studio.standing().await;
-        let after = studio.pressed_mm3(&standing);
+        let after = Studio::pressed_mm3(&standing);
         assert_eq!(standing.people, 3);
         assert!(after > before + 1_000.0, "{before} mm³, then {after} mm³");
         while studio.standing().await.people > 2 {

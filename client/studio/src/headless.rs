@@ -38,11 +38,10 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
         );
     }
     let studio = Studio::open(session.server.clone())?;
-    let untouched_m3 = studio.standing()?.pots[0].enclosed_volume_m3();
     let runtime = hosting::runtime("network")?;
     let mut reports = runtime.block_on(work(session, &studio))?;
     let standing = studio.standing()?;
-    let report = SessionReport::new(session.seconds, &reports, &standing, untouched_m3);
+    let report = SessionReport::new(session.seconds, &reports, &standing);
     if let Some(path) = &session.record {
         record::write(reports[0].network.recording.take(), path)?;
     }

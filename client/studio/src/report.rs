@@ -136,8 +136,8 @@ fn hexadecimal(digest: u64) -> String {
 }
 
 impl SessionReport {
-    /// Adds up what potters and server measured; `untouched_m3` is the volume before the first press.
-    pub(crate) fn new(seconds: f64, reports: &[PotterReport], server: &Standing, untouched_m3: f64) -> Self {
+    /// Adds up what potters and server measured.
+    pub(crate) fn new(seconds: f64, reports: &[PotterReport], server: &Standing) -> Self {
         let haptic = || reports.iter().filter_map(|report| report.haptic.as_ref());
         let network = || reports.iter().map(|report| &report.network);
         let rate = |bytes: fn(&pottery_client::NetworkReport) -> u64| {
@@ -145,7 +145,7 @@ impl SessionReport {
         };
         let force = merged(haptic().map(|part| &part.force_mn));
         let refusals = &server.counts.refusals;
-        let pressed_m3 = untouched_m3 - server.pots[0].enclosed_volume_m3();
+        let pressed_m3 = server.pots[0].pressed_m3();
         Self {
             schema: 1,
             elements: server.pots[0].spec().shape.elements(),

@@ -194,6 +194,12 @@ impl Pot {
         }
     }
 
+    /// Volume that was pressed away within the outermost surface, m³: see [`Surface::pressed_m3`].
+    #[must_use]
+    pub fn pressed_m3(&self) -> f64 {
+        self.surfaces[0].pressed_m3()
+    }
+
     /// Takes the radii of a window of one surface over from a pot of the same specification.
     ///
     /// # Panics

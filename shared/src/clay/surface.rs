@@ -43,6 +43,10 @@ impl PartialEq for Surface {
 }
 
 impl Surface {
+    /// Step of the radii that are kept for good: 2⁻¹⁸ m = 3.8 µm, a power of two so that it is exact in `f32`. The bounds are
+    /// multiples of it.
+    pub const STEP_M: f32 = 1.0 / 262_144.0;
+
     /// A cylinder of `radius_m` and `height_m` with `thickness_m` of clay behind its skin, whose radii will stay within `radius_min_m..=radius_max_m`.
     pub(super) fn cylinder(
         shape: GridShape,
@@ -51,6 +55,10 @@ impl Surface {
         (radius_min_m, radius_max_m): (f32, f32),
         thickness_m: f32,
     ) -> Self {
+        let (radius_min_m, radius_max_m) = (
+            libm::floorf(radius_min_m / Self::STEP_M) * Self::STEP_M,
+            libm::ceilf(radius_max_m / Self::STEP_M) * Self::STEP_M,
+        );
         assert!(radius_min_m > 0.0 && radius_min_m <= radius_m && radius_m <= radius_max_m);
         Self {
             shape,
@@ -256,6 +264,16 @@ impl Surface {
             sum -= 0.5 * (foot * foot + rim * rim);
         }
         0.5 * sum * area
+    }
+
+    /// Volume that was pressed away between skin and axis since it was untouched, m³; negative when it was pressed out.
+    ///
+    /// `V₀ − V` at the first height. A pot that keeps its volume has grown by as much.
+    #[must_use]
+    pub fn pressed_m3(&self) -> f64 {
+        let now = self.enclosed_volume_m3() / f64::from(self.height_m) * f64::from(self.ledger.first_height_m);
+        let first_row_m = f64::from(self.ledger.first_height_m) / f64::from(self.shape.rows() - 1);
+        0.5 * self.ledger.first_sum_m2 * f64::from(self.shape.column_angle_rad()) * first_row_m - now
     }
 
     /// Adds every radius, bit for bit, to a digest.

@@ -5,12 +5,12 @@
 
 use alloc::vec::Vec;
 
-use crate::clay::{Digest, GridShape, Window};
+use crate::clay::{Digest, GridShape, Surface, Window};
 
 use super::TileLayout;
 
-/// Step between two radii that can travel: 2⁻¹⁸ m = 3.8 µm, a power of two so that it is exact in `f32`.
-pub const QUANTUM_M: f32 = 1.0 / 262_144.0;
+/// Step between two radii that can travel.
+pub const QUANTUM_M: f32 = Surface::STEP_M;
 
 /// The nearest step to a radius; 16 bits reach 250 mm.
 #[must_use]
