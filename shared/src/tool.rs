@@ -1,7 +1,18 @@
-//! The shapes that are pressed into the clay, and their motion as it is sampled: the sphere.
+//! The shapes that are pressed into the clay, and their motion as it is sampled: the sphere, and convex tools of flat
+//! facets.
 //!
 //! Knows no clay: a tool is a shape, where it stands is said by whoever presses with it.
-//! Invariant: a tool that exists has a size within [`Sphere::RADIUS_MIN`] and [`Sphere::RADIUS_MAX`].
+//! Invariant: a tool that exists has a size within [`Sphere::RADIUS_MIN`] and [`Sphere::RADIUS_MAX`], or
+//! [`ConvexTool::RADIUS_MIN`] and [`ConvexTool::RADIUS_MAX`].
+
+mod convex;
+mod facets;
+mod outline;
+pub mod rack;
+mod section;
+
+pub use convex::{ConvexError, ConvexTool};
+pub use section::{Extent, Lattice, Pose, Section, Sections, Sides};
 
 use glam::Vec3;
 
