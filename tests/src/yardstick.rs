@@ -3,9 +3,11 @@
 //! Owns the scene that all share: where the tool stands, what is read of the surface afterwards. Each method has a file,
 //! and the closed forms that it is checked against stand in [`closed_forms`].
 //! A yardstick presses straight in: it has no turning wheel, so that a dent's `round` is not followed.
-//! Invariant: every yardstick reads the same [`Dent`] and is measured by the same rules as the methods of the studio.
+//! [`fem`] stands apart: it is no method for a studio but the slow truth from which dents to fit come.
+//! Invariant: every method reads the same [`Dent`] and is measured by the same rules as the methods of the studio.
 
 pub mod closed_forms;
+pub mod fem;
 pub mod free_form;
 pub mod greens;
 mod linear;

@@ -5,6 +5,7 @@
 
 mod chart;
 mod dent;
+mod finite_elements;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,8 @@ enum Command {
     /// Press a sphere at mid-height into a still pot and write the outer surface
     #[command(allow_negative_numbers = true)]
     Dent(dent::DentFlags),
+    /// Make a case of the finite-element reference again; from minutes to hours
+    FiniteElements(finite_elements::FiniteElementsFlags),
 }
 
 fn main() -> ExitCode {
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
     };
     let done = match (arguments.command, arguments.chart) {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
+        (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),
         (None, None) => Err("say where the files shall go, with --out DIR (see --help)".into()),
     };
