@@ -37,9 +37,29 @@ impl Support {
     }
 }
 
+/// Pot, sphere and clay of a case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene {
+    /// What differs from the first one, in a word or two.
+    pub name: &'static str,
+    /// Outer radius and wall of the pot, which is 200 mm high, mm.
+    pub pot_mm: [f32; 2],
+    /// Radius of the sphere, mm.
+    pub tool_mm: f32,
+    /// Young's modulus, MPa.
+    pub youngs_mpa: f32,
+    /// Yield stress, kPa.
+    pub yield_kpa: f32,
+}
+
+/// The scene of the first reference.
+pub const BASE: Scene = Scene { name: "base", pot_mm: [60.0, 8.0], tool_mm: 12.0, youngs_mpa: 2.0, yield_kpa: 40.0 };
+
 /// One dent of the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
+    /// Pot, sphere and clay.
+    pub scene: Scene,
     /// What holds the wall.
     pub support: Support,
     /// Travel of the sphere from first touch, mm.
@@ -50,28 +70,29 @@ pub struct Case {
 }
 
 macro_rules! case {
-    ($support:ident, $depth_mm:literal, $release:literal, $file:literal) => {
+    ($scene:expr, $support:ident, $depth_mm:literal, $release:literal, $file:literal) => {
         Case {
+            scene: $scene,
             support: Support::$support,
             depth_mm: $depth_mm,
             release: $release,
-            text: include_str!(concat!("../../data/reference/", $file, "_profile.csv")),
+            text: include_str!(concat!("../../data/", $file, "_profile.csv")),
         }
     };
 }
 
 /// Every dent of the reference.
 pub const CASES: &[Case] = &[
-    case!(Backed, 1, false, "B_d1L"),
-    case!(Backed, 1, true, "B_d1U"),
-    case!(Backed, 2, false, "B_d2L"),
-    case!(Backed, 2, true, "B_d2U"),
-    case!(Hollow, 1, false, "A_d1L"),
-    case!(Hollow, 1, true, "A_d1U"),
-    case!(Hollow, 2, false, "A_d2L"),
-    case!(Hollow, 2, true, "A_d2U"),
-    case!(Finger, 1, false, "F_d1L"),
-    case!(Finger, 1, true, "F_d1U"),
+    case!(BASE, Backed, 1, false, "reference/B_d1L"),
+    case!(BASE, Backed, 1, true, "reference/B_d1U"),
+    case!(BASE, Backed, 2, false, "reference/B_d2L"),
+    case!(BASE, Backed, 2, true, "reference/B_d2U"),
+    case!(BASE, Hollow, 1, false, "reference/A_d1L"),
+    case!(BASE, Hollow, 1, true, "reference/A_d1U"),
+    case!(BASE, Hollow, 2, false, "reference/A_d2L"),
+    case!(BASE, Hollow, 2, true, "reference/A_d2U"),
+    case!(BASE, Finger, 1, false, "reference/F_d1L"),
+    case!(BASE, Finger, 1, true, "reference/F_d1U"),
 ];
 
 /// The reference's pot, sphere and clay, pressed to a depth on a grid.
@@ -102,7 +123,26 @@ impl Case {
     /// The press that it stands for.
     #[must_use]
     pub fn dent(&self, grid: GridShape) -> Dent {
-        reference_dent(grid, self.depth_mm as f32, self.release)
+        let Scene { pot_mm: [radius_mm, wall_mm], tool_mm, youngs_mpa, yield_kpa, .. } = self.scene;
+        let base = reference_dent(grid, self.depth_mm as f32, self.release);
+        Dent {
+            pot: PotSpec { radius: Metres::from_mm(radius_mm), wall: Metres::from_mm(wall_mm), ..base.pot },
+            strength: Strength { youngs_pa: youngs_mpa * 1e6, yield_pa: yield_kpa * 1e3 },
+            tool: Metres::from_mm(tool_mm),
+            ..base
+        }
+    }
+
+    /// Whether it is one of the four by which methods are compared: the base scene with its wall backed.
+    #[must_use]
+    pub fn is_base(&self) -> bool {
+        self.scene == BASE && self.support == Support::Backed && self.depth_mm <= 2
+    }
+
+    /// What it is, in a few words.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("{}, {}, {} mm", self.support.name(), self.scene.name, self.depth_mm)
     }
 
     /// Whether the tool is in or out, in one word.
@@ -132,6 +172,12 @@ pub struct CaseFigures {
 impl Row for CaseFigures {
     const COLUMNS: &'static [&'static str] = &[
         "method",
+        "scene",
+        "pot_radius_mm",
+        "wall_mm",
+        "tool_radius_mm",
+        "youngs_mpa",
+        "yield_kpa",
         "support",
         "support_known",
         "depth_mm",
@@ -150,6 +196,12 @@ impl Row for CaseFigures {
         let entrant = &ENTRANTS[self.row];
         vec![
             entrant.name.into(),
+            self.case.scene.name.into(),
+            f64::from(self.case.scene.pot_mm[0]).into(),
+            f64::from(self.case.scene.pot_mm[1]).into(),
+            f64::from(self.case.scene.tool_mm).into(),
+            f64::from(self.case.scene.youngs_mpa).into(),
+            f64::from(self.case.scene.yield_kpa).into(),
             self.case.support.name().into(),
             entrant.supports.contains(&self.case.support).into(),
             self.case.depth_mm.into(),
@@ -174,8 +226,7 @@ pub fn measure(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<CaseF
     let mut figures = Vec::new();
     for (row, entrant) in ENTRANTS.iter().enumerate().filter(|(_, entrant)| extent.asks(entrant)) {
         for case in CASES.iter().filter(|case| entrant.stands_on(case.support)) {
-            let name = case.support.name();
-            progress.begin(&format!("{}: {name}, {} mm, {}", entrant.title, case.depth_mm, case.state()));
+            progress.begin(&format!("{}: {}, {}", entrant.title, case.title(), case.state()));
             let dent = case.dent(extent.case_grid);
             let (dented, reference) = (entrant.dent(&dent, case.support)?, case.reference()?);
             let error = dented.error(&reference, &dent);

@@ -6,7 +6,7 @@
 use pottery_shared::clay::GridShape;
 
 use super::ChartError;
-use super::cases::{CASES, Support, reference_dent};
+use super::cases::{CASES, reference_dent};
 use super::csv::{Cell, Row};
 use super::entrant::{ENTRANTS, methods};
 use super::extent::Extent;
@@ -68,7 +68,7 @@ impl ConvergenceFigures {
 /// # Errors
 /// [`ChartError`] as for a single dent.
 pub fn over_steps(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<ConvergenceFigures>, ChartError> {
-    let deep = CASES.iter().find(|case| case.support == Support::Backed && case.depth_mm == 2 && case.release);
+    let deep = CASES.iter().find(|case| case.is_base() && case.depth_mm == 2 && case.release);
     let reference = deep.expect("the backed dent of 2 mm is in the list").reference()?;
     let mut figures = Vec::new();
     for (row, method) in methods() {

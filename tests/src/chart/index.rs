@@ -71,6 +71,7 @@ pub(super) fn page(figures: &Figures) -> String {
 fn about(picture: &str) -> (&'static str, &'static str) {
     match picture {
         "methods.png" => ("Time against error", "[methods.csv](methods.csv)"),
+        "cases.png" => ("Every reference case", "[cases.csv](cases.csv)"),
         "profiles.png" => ("Dents in a backed wall", "[cases.csv](cases.csv)"),
         "profiles-hollow.png" => ("Dents in a hollow pot", "[cases.csv](cases.csv)"),
         "profiles-finger.png" => ("Dents with a finger inside", "[cases.csv](cases.csv)"),

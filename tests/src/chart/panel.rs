@@ -25,12 +25,20 @@ pub(super) struct Axis {
     pub(super) scale: Scale,
     pub(super) from: f64,
     pub(super) to: f64,
+    /// Names of 0, 1 and so on, which are written instead of figures.
+    names: Vec<String>,
 }
 
 impl Axis {
     /// A linear axis over a fixed stretch.
     pub(super) fn linear(title: &str, from: f64, to: f64) -> Self {
-        Self { title: title.to_owned(), scale: Scale::Linear, from, to }
+        Self { title: title.to_owned(), scale: Scale::Linear, from, to, names: Vec::new() }
+    }
+
+    /// An axis of names, the first at the top or on the right.
+    pub(super) fn names(names: Vec<String>) -> Self {
+        let ends = (names.len() as f64 - 0.5, -0.5);
+        Self { names, ..Self::linear("", ends.0, ends.1) }
     }
 
     /// A logarithmic axis round all figures above zero, with room at both ends.
@@ -40,7 +48,7 @@ impl Axis {
             (low, high) = (low.min(figure), high.max(figure));
         }
         let (from, to) = if high > 0.0 { (low / 1.6, high * 1.6) } else { (0.1, 10.0) };
-        Self { title: title.to_owned(), scale: Scale::Log, from, to }
+        Self { title: title.to_owned(), scale: Scale::Log, from, to, names: Vec::new() }
     }
 
     /// Where a figure stands between the ends, 0 to 1 within them.
@@ -52,8 +60,16 @@ impl Axis {
         share.is_finite().then_some(share)
     }
 
-    /// Figures that are written beside the axis.
-    fn ticks(&self) -> Vec<f64> {
+    /// Figures beside which something is written, and what.
+    fn ticks(&self) -> Vec<(f64, String)> {
+        if self.names.is_empty() {
+            self.figures().into_iter().map(|figure| (figure, written(figure))).collect()
+        } else {
+            self.names.iter().enumerate().map(|(place, name)| (place as f64, name.clone())).collect()
+        }
+    }
+
+    fn figures(&self) -> Vec<f64> {
         let step = |least: f64| {
             let power = 10_f64.powf(least.log10().floor());
             [1.0, 2.0, 5.0, 10.0].map(|of| of * power).into_iter().find(|step| *step >= least).unwrap_or(least)
@@ -75,7 +91,7 @@ impl Axis {
 }
 
 /// A figure as people write it, without digits that say nothing.
-pub(super) fn written(figure: f64) -> String {
+fn written(figure: f64) -> String {
     if figure != 0.0 && (figure.abs() >= 1e6 || figure.abs() < 1e-3) {
         return format!("{figure:.0e}");
     }
@@ -111,21 +127,23 @@ impl<'a> Panel<'a> {
     /// Draws the axes of a diagram within a part of the sheet.
     pub(super) fn new(canvas: &'a Canvas, within: Rect, heading: &str, x: Axis, y: Axis) -> Self {
         let top = if heading.is_empty() { 8.0 } else { 30.0 };
-        let frame = Rect::from_min_max(within.min + Vec2::new(78.0, top), within.max - Vec2::new(14.0, 58.0));
+        let widths = y.ticks().into_iter().map(|(_, text)| canvas.size_of(&text, TICK_SIZE).x);
+        let left = widths.fold(40.0, f32::max) + if y.title.is_empty() { 16.0 } else { 38.0 };
+        let frame = Rect::from_min_max(within.min + Vec2::new(left, top), within.max - Vec2::new(14.0, 58.0));
         let panel = Self { canvas, frame, x, y };
         if !heading.is_empty() {
             canvas.text(pos2(frame.center().x, frame.min.y - 6.0), Align2::CENTER_BOTTOM, heading, TITLE_SIZE, INK);
         }
         let faint = Stroke::new(1.0, FAINT);
-        for tick in panel.x.ticks() {
+        for (tick, text) in panel.x.ticks() {
             let Some(at) = panel.place_x(tick) else { continue };
             canvas.line(vec![pos2(at, frame.min.y), pos2(at, frame.max.y)], faint, canvas.sheet());
-            canvas.text(pos2(at, frame.max.y + 5.0), Align2::CENTER_TOP, &written(tick), TICK_SIZE, INK);
+            canvas.text(pos2(at, frame.max.y + 5.0), Align2::CENTER_TOP, &text, TICK_SIZE, INK);
         }
-        for tick in panel.y.ticks() {
+        for (tick, text) in panel.y.ticks() {
             let Some(at) = panel.place_y(tick) else { continue };
             canvas.line(vec![pos2(frame.min.x, at), pos2(frame.max.x, at)], faint, canvas.sheet());
-            canvas.text(pos2(frame.min.x - 7.0, at), Align2::RIGHT_CENTER, &written(tick), TICK_SIZE, INK);
+            canvas.text(pos2(frame.min.x - 7.0, at), Align2::RIGHT_CENTER, &text, TICK_SIZE, INK);
         }
         canvas.frame(frame);
         let below = pos2(frame.center().x, frame.max.y + 28.0);

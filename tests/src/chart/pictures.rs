@@ -6,7 +6,7 @@
 use egui::{Align2, Rect, Vec2, pos2};
 
 use super::canvas::{Canvas, FRAME, INK};
-use super::cases::{CaseFigures, Support};
+use super::cases::{BASE, CaseFigures, Support};
 use super::convergence::{ConvergenceFigures, Varied};
 use super::entrant::ENTRANTS;
 use super::panel::{Axis, Labels, Look, Panel, Sign, legend};
@@ -20,8 +20,9 @@ const MARGIN: f32 = 20.0;
 type Draw = fn(&Figures) -> Result<Canvas, ChartError>;
 
 /// Every picture and its file.
-pub(super) const ALL: [(&str, Draw); 7] = [
+pub(super) const ALL: [(&str, Draw); 8] = [
     ("methods.png", |figures| Ok(methods(figures))),
+    ("cases.png", |figures| Ok(cases(figures))),
     ("profiles.png", |figures| profiles(figures, Support::Backed)),
     ("profiles-hollow.png", |figures| profiles(figures, Support::Hollow)),
     ("profiles-finger.png", |figures| profiles(figures, Support::Finger)),
@@ -97,6 +98,33 @@ fn methods(figures: &Figures) -> Canvas {
     canvas
 }
 
+fn cases(figures: &Figures) -> Canvas {
+    let all = &figures.cases;
+    let (canvas, room) = sheet(
+        "Error of every reference case: to the left is better",
+        &rows(|row| all.iter().any(|figures| figures.row == row)),
+        "RMS difference to the finite-element dent over 30 mm × 30 mm, over the travel. Base: 12 mm sphere, pot of \
+         60 mm radius and 8 mm wall, E = 2 MPa, yield 40 kPa. A mark at 0.1 % may be below it.",
+    );
+    for (column, (heading, release)) in [("under the tool", false), ("what stays", true)].into_iter().enumerate() {
+        let own: Vec<_> = all.iter().filter(|figures| figures.case.release == release).collect();
+        let mut titles: Vec<String> = Vec::new();
+        for figures in &own {
+            let title = figures.case.title();
+            if !titles.contains(&title) {
+                titles.push(title);
+            }
+        }
+        let x = Axis::log("RMS error, % of the depth", [0.15, 70.0]);
+        let panel = Panel::new(&canvas, cell(room, (column, 2), (0, 1)), heading, x, Axis::names(titles.clone()));
+        for figures in own.iter().rev() {
+            let place = titles.iter().position(|title| *title == figures.case.title()).unwrap_or(0);
+            panel.marks(&[[(figures.error * 100.0).clamp(0.1, 100.0), place as f64]], Look::of_row(figures.row));
+        }
+    }
+    canvas
+}
+
 /// One of the two ways along which a dent is cut.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Cut {
@@ -105,7 +133,11 @@ enum Cut {
 }
 
 fn profiles(figures: &Figures, support: Support) -> Result<Canvas, ChartError> {
-    let own: Vec<&CaseFigures> = figures.cases.iter().filter(|figures| figures.case.support == support).collect();
+    let own: Vec<&CaseFigures> = figures
+        .cases
+        .iter()
+        .filter(|figures| figures.case.support == support && figures.case.scene == BASE && figures.case.depth_mm <= 2)
+        .collect();
     let mut cases: Vec<_> = own.iter().map(|figures| figures.case).collect();
     cases.dedup_by_key(|case| (case.depth_mm, case.release));
     let shown = own.first().map_or(0, |first| own.iter().filter(|figures| figures.row == first.row).count());

@@ -6,11 +6,11 @@
 
 use std::time::Instant;
 
-use pottery_shared::clay::{GridShape, MethodKind, Window};
+use pottery_shared::clay::{GridShape, Method, MethodKind, Window};
 use pottery_shared::units::Seconds;
 
 use super::ChartError;
-use super::cases::{CASES, Support, reference_dent};
+use super::cases::{CASES, reference_dent};
 use super::csv::{Cell, Row};
 use super::entrant::{ENTRANTS, methods};
 use super::extent::Extent;
@@ -34,7 +34,8 @@ pub(super) struct Walk {
 
 impl Walk {
     pub(super) fn new(method: MethodKind, grid: GridShape) -> Result<Self, DentError> {
-        let dent = Dent { method, ..reference_dent(grid, DEPTH_MM, false) };
+        let mut dent = Dent { method, ..reference_dent(grid, DEPTH_MM, false) };
+        dent.pot.keeps_volume = method.keeps_volume();
         Ok(Self { pressing: Pressing::new(dent, STEP)?, number: 0 })
     }
 
@@ -164,7 +165,7 @@ pub fn errors(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<GridEr
         for grid in extent.grids_of(entrant) {
             progress.begin(&format!("{}: error on {} x {}", entrant.title, grid.columns(), grid.rows()));
             let (mut permanent, mut loaded, mut deep) = (0.0, 0.0, None);
-            for case in CASES.iter().filter(|case| case.support == Support::Backed) {
+            for case in CASES.iter().filter(|case| case.is_base()) {
                 let dent = case.dent(grid);
                 let dented = entrant.dent(&dent, case.support)?;
                 let error = dented.error(&case.reference()?, &dent);
