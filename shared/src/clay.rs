@@ -6,6 +6,7 @@
 mod conditions;
 mod contact;
 mod digest;
+mod ellipse;
 mod grid;
 mod improved;
 mod material;
@@ -13,6 +14,7 @@ mod method;
 mod original;
 mod plastic;
 mod pot;
+mod rim;
 mod schedule;
 mod solid;
 mod substep;

@@ -110,6 +110,53 @@ impl Contacts {
         self.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
     }
 
+    /// Finds the element nearest to a tool that is smaller than an element and presses between the middles of all: it is
+    /// touched by as much as the tool reaches beyond its radius.
+    pub(super) fn gather_nearest(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
+        let reach = Reach::of(surface, press);
+        let tool_m = press.tool.radius().0;
+        let column_rad = surface.shape().column_angle_rad();
+        if tool_m > surface.row_height_m().max(column_rad * reach.distance_m) {
+            return;
+        }
+        let row = libm::roundf(press.centre_m.z / surface.row_height_m());
+        if row < 0.0 || row >= surface.shape().rows() as f32 {
+            return;
+        }
+        let column = surface.shape().wrap(libm::roundf(reach.angle_rad / column_rad) as i64);
+        let radius_m = surface.column_m(column)[row as usize];
+        let penetration_m = match press.side {
+            Side::Outside => (radius_m - reach.distance_m + tool_m).min(radius_m),
+            Side::Inside => reach.distance_m + tool_m - (radius_m - behind_m),
+        };
+        if penetration_m <= 0.0 || penetration_m > 2.0 * tool_m {
+            return;
+        }
+        let first_row = row as u32 / LANES as u32 * LANES as u32;
+        let only = |value: f32, elsewhere: f32| {
+            let mut lanes = [elsewhere; LANES];
+            lanes[row as usize % LANES] = value;
+            f32x8::new(lanes)
+        };
+        let [cos, sin] = surface.direction(column);
+        (self.elements, self.deepest_m) = (1, penetration_m);
+        self.window = Window { first_column: column, columns: 1, first_row, rows: LANES as u32 };
+        self.window.rows = self.window.rows.min(surface.shape().rows() - first_row);
+        self.chunks.push(Chunk {
+            column,
+            row: first_row,
+            angle_rad: -reach.off_column_rad,
+            cos,
+            sin,
+            along_m: reach.distance_m,
+            aside_m: 0.0,
+            penetration_m: only(penetration_m, 0.0),
+            half_chord_m: only(tool_m, 0.0),
+            radius_m: only(radius_m, 0.0),
+            above_m: only(0.0, f32::INFINITY),
+        });
+    }
+
     fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
         let row_height_m = surface.row_height_m();
         let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);

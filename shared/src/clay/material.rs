@@ -150,6 +150,14 @@ pub struct Strength {
     pub yield_pa: f32,
 }
 
+impl Strength {
+    /// Whether both numbers are within the bounds of a material.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        YOUNGS.check(self.youngs_pa).is_ok() && YIELD.check(self.yield_pa).is_ok()
+    }
+}
+
 impl Default for Strength {
     /// The reference clay: E = 2 MPa, σ_y = 40 kPa (an undrained strength of 23 kPa).
     fn default() -> Self {

@@ -1,14 +1,14 @@
 //! The studio's own method: elastic up to yield, plastic beyond, and the displaced clay returned as a rim.
 //!
-//! Owns the law of the clay under a tool; the collision is shared with the published methods.
+//! Owns the law of the clay under a tool; the collision is shared with the published methods, the rim's shape is `rim`'s.
 //! Invariant: a tool held still sinks no deeper than where the clay carries it, and no element inside the contact rises.
-
-use core::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 use wide::f32x8;
 
-use super::contact::{Contacts, LANES, sum};
+use super::contact::{Contacts, sum};
+use super::ellipse::{Ellipse, Moments, Step};
+use super::rim::Rim;
 use super::window::Scratch;
 use super::{Contact, Footprint, Method, Press, Sink, Surface, Window};
 use crate::tool::Side;
@@ -16,7 +16,7 @@ use crate::tool::Side;
 /// Poisson's ratio of wet clay.
 const POISSON: f32 = 0.45;
 /// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
-const STEEPEST: f32 = 0.2;
+const STEEPEST: f32 = 0.5;
 
 /// Least slope that the law has been seen with: a flat of one element has none.
 const SLOPE_MIN: f32 = 0.02;
@@ -44,18 +44,21 @@ pub struct PlasticLaw {
     pub rim_width: f32,
     /// Outer end Q of the rim, in q².
     pub rim_end: f32,
+    /// Share of what a rim leaves that rises beside a sliding tool.
+    pub slide_share: f32,
 }
 
 impl PlasticLaw {
     /// What `accuracy-chart fit` found.
     pub const FITTED: Self = Self {
-        hardness: 2.295,
-        hardness_by_stiffness: 0.355,
-        hardness_by_slope: 0.109,
-        recovery: 1.101,
-        rim_strain: 136.4,
-        rim_width: 0.530,
-        rim_end: 7.87,
+        hardness: 2.311,
+        hardness_by_stiffness: 0.347,
+        hardness_by_slope: 0.089,
+        recovery: 1.093,
+        rim_strain: 147.4,
+        rim_width: 0.612,
+        rim_end: 4.0,
+        slide_share: 0.5,
     };
 }
 
@@ -80,6 +83,10 @@ impl Default for PlasticLaw {
 ///   `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`, with the half axes a_θ, a_z of the volume ΔV that yields (a paraboloid of half
 ///   axis a has the variance a²/6). Of a dent of volume V, `1 − exp(−X/X₀)` has come back in the end; since V grows with X⁴, it
 ///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height.
+/// - sliding: a tool that moves along the clay touches it before itself alone. With f the way from the tool to the middle of
+///   its contact, in the direction in which it moves and over the contact's half axis there, `σ = min(2.5·f, 1)` of the press is
+///   sliding. Clay then springs back at the flanks of the groove and not at its bottom, `e·(1 − σ + σ·v²)`, v the distance aside over
+///   the half axis, and `β + ½·(1 − β)·σ` of it rises.
 ///
 /// No wall bending: the clay is taken as backed. `tests/tests/reference.rs` holds it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -114,25 +121,39 @@ impl PlasticCsem {
             Side::Inside => surface.thickness_m(),
         };
         scratch.contacts.gather(surface, press, behind_m);
+        if scratch.contacts.elements == 0 {
+            scratch.contacts.gather_nearest(surface, press, behind_m);
+        }
         footprint.reset(Window::default());
         if scratch.contacts.elements == 0 {
             return Contact::default();
         }
         let step = Step::of(surface);
-        let (spot, slope) = Ellipse::of_contact(&scratch.contacts, &step, STEEPEST * press.tool.radius().0);
+        let contacts = &scratch.contacts;
+        let Some((spot, slope)) = contact_ellipse(contacts, &step, STEEPEST * press.tool.radius().0) else {
+            return Contact::default();
+        };
         let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
         let stiffness = youngs_reduced_pa / press.strength.yield_pa;
         let hardness_pa = press.strength.yield_pa * self.hardness(stiffness, slope);
-        let elastic_m = self.law.recovery * hardness_pa / youngs_reduced_pa
-            * layer_depth_m(libm::sqrtf(spot.half_arc_m * spot.half_height_m), surface.thickness_m());
-        let (carried, carrying, dent) = yields(press, &spot, elastic_m, scratch);
-        if let Some(dent) = Ellipse::of_dent(&dent, &step) {
+        let radius_m = libm::sqrtf(spot.half_arc_m * spot.half_height_m);
+        let even_m = hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, surface.thickness_m());
+        let elastic_m = self.law.recovery * even_m;
+        let slide = Slide::of(press, &spot);
+        let carried = yields(press, &Spot { ellipse: spot, elastic_m, slide }, contacts, &mut scratch.pushes_m);
+        let outwards = outwards(press.side);
+        if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let share = self.rim_share(stiffness * slope);
-            self.write(surface, press, &dent, share, &step, scratch, footprint);
+            let share = share + (1.0 - share) * self.law.slide_share * slide.share;
+            let volume_m3 = outwards * share * dent.content;
+            let rim = Rim { dent: &dent, volume_m3, slide, tool_z_m: press.centre_m.z };
+            rim.lay(surface, contacts, &self.law, &mut scratch.rows, footprint);
+            for (chunk, &push) in contacts.chunks.iter().zip(&scratch.pushes_m) {
+                footprint.write(surface.shape(), chunk, push * -outwards);
+            }
         }
-        let contacts = &scratch.contacts;
         Contact {
-            force_n: carried * (hardness_pa * step.element_rad_m),
+            force_n: carried.normals * (hardness_pa * step.element_rad_m),
             elements: contacts.elements,
             penetration_m: contacts.deepest_m,
             sink: Some(Sink {
@@ -141,7 +162,7 @@ impl PlasticCsem {
                 radius_m: spot.radius_m,
                 half_arc_m: spot.half_arc_m,
                 half_height_m: spot.half_height_m,
-                depth_m: elastic_m * carrying * step.element_rad_m / spot.volume_m3,
+                depth_m: elastic_m * carried.all * step.element_rad_m / spot.content,
             }),
         }
     }
@@ -160,196 +181,65 @@ impl PlasticCsem {
         let part = strain / self.law.rim_strain;
         (1.0 - libm::expf(-part) * (1.0 - 0.25 * part)).clamp(0.0, 1.0)
     }
+}
 
-    /// Lays the footprint over dent and rim, and fills it.
-    fn write(
-        &self,
-        surface: &Surface,
-        press: &Press,
-        dent: &Ellipse,
-        share: f32,
-        step: &Step,
-        scratch: &mut Scratch,
-        footprint: &mut Footprint,
-    ) {
-        let shape = surface.shape();
-        let end = libm::sqrtf(self.law.rim_end);
-        let radius_m = dent.radius_m;
-        let centre_rad = scratch.contacts.angle_rad + dent.arc_m / radius_m;
-        let centre_z = press.centre_m.z + dent.above_m;
-        let reach_m = end * dent.half_height_m;
-        let row = |z_m: f32| libm::floorf(z_m / step.row_m) as i64;
-        let column = libm::roundf(centre_rad / step.column_rad) as i64;
-        let (mut first_row, mut last_row) = (row(centre_z - reach_m), row(centre_z + reach_m) + 1);
-        let mut reach_rad = end * dent.half_arc_m / radius_m;
-        for chunk in &scratch.contacts.chunks {
-            first_row = first_row.min(i64::from(chunk.row));
-            last_row = last_row.max(i64::from(chunk.row) + LANES as i64 - 1);
-            reach_rad = reach_rad.max((chunk.angle_rad - dent.arc_m / radius_m).abs());
-        }
-        let half_columns = libm::ceilf(reach_rad / step.column_rad) as u32 + 1;
-        let window = Window::around(shape, column, half_columns, first_row, last_row).aligned(shape, LANES as u32);
-        footprint.reset(window);
-        let crest_m = share * dent.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.rim_area());
-        let outwards = match press.side {
-            Side::Outside => 1.0,
-            Side::Inside => -1.0,
-        };
-        self.fill_squares(window, surface, centre_z, dent.half_height_m, &mut scratch.row_squares);
-        for (local, column) in window.grid_columns(shape).enumerate() {
-            let away_rad = column as f32 * step.column_rad - centre_rad;
-            // the short way round
-            let arc = (away_rad - TAU * libm::roundf(away_rad / TAU)) * radius_m / dent.half_arc_m;
-            let rest = self.law.rim_end - arc * arc;
-            if rest > 0.0 {
-                let reach_m = libm::sqrtf(rest) * dent.half_height_m;
-                let chunk = |z_m: f32| ((z_m / step.row_m) as u32).saturating_sub(window.first_row) as usize / LANES;
-                let from = chunk(centre_z - reach_m);
-                let to = (chunk(centre_z + reach_m) + 1).min(scratch.row_squares.len());
-                let column = &mut footprint.column_mut(local as u32)[from * LANES..];
-                self.raise(crest_m * outwards, arc * arc, &scratch.row_squares[from..to], column);
-            }
-        }
-        for (chunk, &push) in scratch.contacts.chunks.iter().zip(&scratch.pushes_m) {
-            footprint.write(shape, chunk, push * -outwards);
-        }
-    }
+/// How much of a press is sliding, and where to.
+///
+/// 0 where the tool touches alike before and behind itself, 1 where it touches before itself alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Slide {
+    /// Direction along the arc and up, as long as the share.
+    pub(super) along: f32,
+    pub(super) up: f32,
+    pub(super) share: f32,
+}
 
-    fn fill_squares(
-        &self,
-        window: Window,
-        surface: &Surface,
-        centre_z: f32,
-        half_height_m: f32,
-        squares: &mut alloc::vec::Vec<f32x8>,
-    ) {
-        squares.clear();
-        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        for row in (window.first_row..window.end_row()).step_by(LANES) {
-            let above = ((f32x8::splat(row as f32) + lanes) * surface.row_height_m() - centre_z) / half_height_m;
-            squares.push(above * above);
-        }
-    }
+impl Slide {
+    /// Share of sliding for a contact that lies off the tool's middle by its half axis.
+    const GAIN: f32 = 2.5;
 
-    /// Adds one column of the rim: `κ = (Q − q²)/(1 + ((q² − 1)/w)²)` times the crest for 1 < q² < Q.
-    fn raise(&self, crest_m: f32, arc_squared: f32, row_squares: &[f32x8], column: &mut [f32]) {
-        let end = f32x8::splat(self.law.rim_end);
-        let width = 1.0 / self.law.rim_width;
-        let raised = |row_squared: f32x8| {
-            let q2 = row_squared + arc_squared;
-            let beyond = (q2 - 1.0) * width;
-            let rim = q2.simd_gt(f32x8::ONE) & q2.simd_lt(end);
-            ((end - q2) * crest_m / (beyond * beyond + 1.0)) & rim
-        };
-        let (column, last) = column.as_chunks_mut::<LANES>();
-        for (lanes, &row_squared) in column.iter_mut().zip(row_squares) {
-            *lanes = raised(row_squared).to_array();
+    fn of(press: &Press, spot: &Ellipse) -> Self {
+        let Some(from_m) = press.from_m else { return Self::default() };
+        let to_m = press.centre_m;
+        let distance_m2 = to_m.x * to_m.x + to_m.y * to_m.y;
+        // the sine of a small angle, at the clay
+        let along_m = (from_m.x * to_m.y - from_m.y * to_m.x) / distance_m2.max(1e-12) * spot.radius_m;
+        let up_m = to_m.z - from_m.z;
+        let moved_m = libm::hypotf(along_m, up_m);
+        if moved_m < 1e-7 {
+            return Self::default();
         }
-        if let Some(&row_squared) = row_squares.get(column.len()) {
-            last.copy_from_slice(&raised(row_squared).to_array()[..last.len()]);
-        }
-    }
-
-    /// ∫ κ over 1 < q² < Q, per π·a_θ·a_z.
-    fn rim_area(&self) -> f32 {
-        let (end, width) = (self.law.rim_end - 1.0, self.law.rim_width);
-        end * width * libm::atanf(end / width) - 0.5 * width * width * libm::logf(1.0 + end * end / (width * width))
+        let (along, up) = (along_m / moved_m, up_m / moved_m);
+        let half_m = libm::hypotf(along * spot.half_arc_m, up * spot.half_height_m);
+        let before = (along * spot.arc_m + up * spot.above_m) / half_m;
+        let share = (Self::GAIN * before).clamp(0.0, 1.0);
+        Self { along: along * share, up: up * share, share }
     }
 }
 
-/// Sizes of an element.
-struct Step {
-    column_rad: f32,
-    row_m: f32,
-    /// Area of an element over its radius, m.
-    element_rad_m: f32,
-}
-
-impl Step {
-    fn of(surface: &Surface) -> Self {
-        let (column_rad, row_m) = (surface.shape().column_angle_rad(), surface.row_height_m());
-        Self { column_rad, row_m, element_rad_m: column_rad * row_m }
+/// Away from the axis for a tool outside, towards it for one inside.
+const fn outwards(side: Side) -> f32 {
+    match side {
+        Side::Outside => 1.0,
+        Side::Inside => -1.0,
     }
 }
 
-/// An ellipse on the clay, along its arc and its height.
-struct Ellipse {
-    /// What is spread over it: of a contact its area, m², of a dent its volume, m³.
-    volume_m3: f32,
-    /// Mean radius of the clay there, m.
-    radius_m: f32,
-    /// Its centre from the tool's, m.
-    arc_m: f32,
-    above_m: f32,
-    half_arc_m: f32,
-    half_height_m: f32,
-}
-
-/// Sums over elements of a weight, and of it times place and square of the place.
-#[derive(Default)]
-struct Moments {
-    all: f32x8,
-    radius: f32x8,
-    arc: f32x8,
-    above: f32x8,
-    arc2: f32x8,
-    above2: f32x8,
-}
-
-impl Moments {
-    fn add(&mut self, weight: f32x8, radius: f32x8, arc: f32x8, above: f32x8) {
-        self.all += weight;
-        self.radius += weight * radius;
-        let (by_arc, by_height) = (weight * arc, weight * above);
-        self.arc += by_arc;
-        self.above += by_height;
-        self.arc2 += by_arc * arc;
-        self.above2 += by_height * above;
+/// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
+fn contact_ellipse(contacts: &Contacts, step: &Step, steepest_m: f32) -> Option<(Ellipse, f32)> {
+    let mut moments = Moments::default();
+    let mut slopes = f32x8::ZERO;
+    for chunk in &contacts.chunks {
+        let touched = chunk.touched();
+        let weight = chunk.radius_m & touched;
+        let above = chunk.above_m & touched;
+        let half_chord = chunk.half_chord_m.fast_max(f32x8::splat(steepest_m));
+        slopes += weight * (above * above + chunk.aside_m * chunk.aside_m) / (half_chord * half_chord);
+        moments.add(weight, chunk.radius_m, chunk.radius_m * chunk.angle_rad, above);
     }
-
-    /// `spread` is the square of the half axis over the variance: 4 for an even ellipse, 6 for a paraboloid.
-    fn ellipse(&self, spread: f32, step: &Step) -> Option<Ellipse> {
-        let all = sum(self.all);
-        if all <= 0.0 {
-            return None;
-        }
-        let [radius, arc, above, arc2, above2] =
-            [self.radius, self.arc, self.above, self.arc2, self.above2].map(|lanes| sum(lanes) / all);
-        // an element is as wide as it is, however few of them there are
-        let half = |second: f32, mean: f32, step: f32| {
-            libm::sqrtf(spread * ((second - mean * mean).max(0.0) + step * step / 6.0))
-        };
-        Some(Ellipse {
-            volume_m3: all * step.element_rad_m,
-            radius_m: radius,
-            arc_m: arc,
-            above_m: above,
-            half_arc_m: half(arc2, arc, step.column_rad * radius),
-            half_height_m: half(above2, above, step.row_m),
-        })
-    }
-}
-
-impl Ellipse {
-    /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
-    fn of_contact(contacts: &Contacts, step: &Step, steepest_m: f32) -> (Self, f32) {
-        let mut moments = Moments::default();
-        let mut slopes = f32x8::ZERO;
-        for chunk in &contacts.chunks {
-            let touched = chunk.touched();
-            let weight = chunk.radius_m & touched;
-            let above = chunk.above_m & touched;
-            let half_chord = chunk.half_chord_m.fast_max(f32x8::splat(steepest_m));
-            slopes += weight * (above * above + chunk.aside_m * chunk.aside_m) / (half_chord * half_chord);
-            moments.add(weight, chunk.radius_m, chunk.radius_m * chunk.angle_rad, above);
-        }
-        let slope = libm::sqrtf(2.0 * sum(slopes) / sum(moments.all));
-        (moments.ellipse(4.0, step).expect("a contact has touched elements"), slope)
-    }
-
-    fn of_dent(moments: &Moments, step: &Step) -> Option<Self> {
-        moments.ellipse(6.0, step)
-    }
+    let ellipse = moments.ellipse(4.0, step)?;
+    let slope = libm::sqrtf(2.0 * sum(slopes) * step.element_rad_m / ellipse.content);
+    Some((ellipse, slope))
 }
 
 /// Elastic depth under the middle of an even pressure p on a disc of radius a, over p/E*, on a layer of thickness t that
@@ -362,26 +252,60 @@ fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
     2.0 * radius_m / (1.0 + ratio * (0.62 + 0.38 * ratio))
 }
 
-/// Splits what a tool presses into what springs back and what yields, which goes to `scratch.pushes_m`.
-///
-/// Returns the sum of share·area·normal over the elements, over the area of an element at radius 1, and the moments of
-/// the volume that yields.
-fn yields(press: &Press, spot: &Ellipse, elastic_m: f32, scratch: &mut Scratch) -> (Vec3, f32, Moments) {
+/// A contact and how the clay gives way in it.
+struct Spot {
+    ellipse: Ellipse,
+    /// Depth to which clay springs back in the middle, m.
+    elastic_m: f32,
+    slide: Slide,
+}
+
+impl Spot {
+    /// Least part of the elastic depth: some of it is left at the bottom of a groove, or pressure would have no scale.
+    const LEFT: f32 = 0.02;
+
+    /// Elastic depth at a place, m.
+    fn elastic_m(&self, arc: f32x8, above: f32x8) -> f32x8 {
+        let ellipse = &self.ellipse;
+        let (arc, above) = (arc - ellipse.arc_m, above - ellipse.above_m);
+        let (across, up) = (arc * (1.0 / ellipse.half_arc_m), above * (1.0 / ellipse.half_height_m));
+        let q2 = (across * across + up * up).fast_min(f32x8::ONE);
+        let even = (f32x8::ONE - q2 * (q2 * q2 * 0.14 + 0.35)) * self.elastic_m;
+        if self.slide.share == 0.0 {
+            return even;
+        }
+        let Slide { along, up, share } = self.slide;
+        let half_m = libm::hypotf(up * ellipse.half_arc_m, along * ellipse.half_height_m);
+        let aside = (above * along - arc * up) * (1.0 / half_m);
+        let left = (aside * aside).fast_min(f32x8::ONE) * share + (1.0 - share);
+        even * left.fast_max(f32x8::splat(Self::LEFT))
+    }
+}
+
+/// What a contact carries and what of it yields.
+struct Carried {
+    /// Sums over the elements of share·area and of share·area·normal, over the area of an element at radius 1.
+    all: f32,
+    normals: Vec3,
+    /// Of the volume that yields.
+    dent: Moments,
+}
+
+/// Splits what a tool presses into what springs back and what yields, which goes to `pushes_m`.
+fn yields(press: &Press, spot: &Spot, contacts: &Contacts, pushes_m: &mut alloc::vec::Vec<f32x8>) -> Carried {
     let mut dent = Moments::default();
     let [mut x, mut y, mut z, mut all] = [f32x8::ZERO; 4];
     let steepest = f32x8::splat(STEEPEST * press.tool.radius().0);
-    let outwards = match press.side {
-        Side::Outside => 1.0,
-        Side::Inside => -1.0,
-    };
-    scratch.pushes_m.clear();
-    for chunk in &scratch.contacts.chunks {
-        let touched = chunk.touched();
-        let above = chunk.above_m & touched;
+    let outwards = outwards(press.side);
+    pushes_m.clear();
+    for chunk in &contacts.chunks {
+        let above = chunk.above_m & chunk.touched();
         let arc = chunk.radius_m * chunk.angle_rad;
-        let elastic = recovery(spot, arc, above) * elastic_m;
+        let elastic = spot.elastic_m(arc, above);
         let push = (chunk.penetration_m - elastic).fast_max(f32x8::ZERO) * press.response;
-        let carried = (chunk.penetration_m / elastic).fast_min(f32x8::ONE) * chunk.radius_m;
+        // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
+        let met_m = chunk.radius_m - chunk.penetration_m * outwards;
+        let carried = (chunk.penetration_m / elastic).fast_min(f32x8::ONE) * met_m;
         all += carried;
         let slope = carried / chunk.half_chord_m.fast_max(steepest);
         let (radial, aside) = (carried * outwards, slope * chunk.aside_m);
@@ -389,15 +313,7 @@ fn yields(press: &Press, spot: &Ellipse, elastic_m: f32, scratch: &mut Scratch) 
         y += radial * chunk.sin + aside * chunk.cos;
         z -= slope * above;
         dent.add(push * chunk.radius_m, chunk.radius_m, arc, above);
-        scratch.pushes_m.push(push);
+        pushes_m.push(push);
     }
-    (Vec3::new(sum(x), sum(y), sum(z)), sum(all), dent)
-}
-
-/// Elastic depth at a place of the contact over that in its middle.
-fn recovery(spot: &Ellipse, arc: f32x8, above: f32x8) -> f32x8 {
-    let (across, up) =
-        ((arc - spot.arc_m) * (1.0 / spot.half_arc_m), (above - spot.above_m) * (1.0 / spot.half_height_m));
-    let q2 = (across * across + up * up).fast_min(f32x8::ONE);
-    f32x8::ONE - q2 * (q2 * q2 * 0.14 + 0.35)
+    Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
 }

@@ -33,6 +33,8 @@ pub struct Press {
 impl Press {
     /// Most parts of one press: a hand at its fastest with a sphere of 1 mm.
     pub const PARTS_MAX: u32 = 16;
+    /// Highest ridge between two parts: what a fingertip does not feel on wet clay.
+    const RIDGE_M: f32 = 15e-6;
 
     /// A tool held outside of a still pot of the default clay for one tick.
     #[must_use]
@@ -49,11 +51,18 @@ impl Press {
         }
     }
 
-    /// Parts into which its way is cut, so that each is at most a third of the tool's radius: the grooves of a small contact
-    /// overlap then.
+    /// Whether it is one that a tool on clay can make: at a place, with a share of what is there, in a material there is.
+    fn is_sound(&self) -> bool {
+        self.centre_m.is_finite() && (0.0..=1.0).contains(&self.response) && self.strength.is_sound()
+    }
+
+    /// Parts into which its way is cut. Each is at most a third of the tool's radius R, so that the grooves of a small contact
+    /// overlap, and at most √(8·s·R) long, so that the ridge between two of them is no higher than s.
     fn parts(&self) -> u32 {
         let Some(from_m) = self.from_m else { return 1 };
-        let parts = libm::ceilf(self.centre_m.distance(from_m) * 3.0 / self.tool.radius().0);
+        let radius_m = self.tool.radius().0;
+        let longest_m = (radius_m / 3.0).min(libm::sqrtf(8.0 * Self::RIDGE_M * radius_m));
+        let parts = libm::ceilf(self.centre_m.distance(from_m) / longest_m);
         if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
     }
 
@@ -145,7 +154,13 @@ impl SubStep {
             }
             let footprints = &mut self.footprints[..presses.len()];
             for ((press, footprint), total) in presses.iter().zip(&mut *footprints).zip(&mut self.contacts) {
-                let contact = method.press(surface, press, footprint);
+                // the one place that keeps out what is no press: past it, everything is finite
+                let contact = if press.is_sound() {
+                    method.press(surface, press, footprint)
+                } else {
+                    footprint.reset(Window::default());
+                    Contact::default()
+                };
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;
                 total.penetration_m = total.penetration_m.max(contact.penetration_m);
@@ -188,7 +203,8 @@ impl SubStep {
                 let start = column as usize * rows + window.first_row as usize;
                 let inward = &mut self.inward_m[start..];
                 let outward = &mut self.outward_m[start..];
-                for ((delta, inward), outward) in footprint.column_mut(local as u32).iter_mut().zip(inward).zip(outward) {
+                for ((delta, inward), outward) in footprint.column_mut(local as u32).iter_mut().zip(inward).zip(outward)
+                {
                     // cleared, so that an overlapping footprint finds the element done
                     *delta = core::mem::take(inward) + core::mem::take(outward);
                 }

@@ -116,7 +116,8 @@ pub(super) struct Scratch {
     /// What yields, chunk by chunk of the contacts, m.
     pub(super) pushes_m: Vec<f32x8>,
     pub(super) row_kernel: Vec<f32>,
-    pub(super) row_squares: Vec<f32x8>,
+    /// Heights of a rim's rows over its half axis.
+    pub(super) rows: Vec<f32x8>,
 }
 
 /// A touched element beside an untouched one.
@@ -139,7 +140,7 @@ impl Footprint {
             boundary: Vec::with_capacity(elements / 8),
             contacts: Contacts::with_room(elements),
             pushes_m: Vec::with_capacity(elements / LANES + 1),
-            row_squares: Vec::with_capacity(shape.rows() as usize / LANES + 2),
+            rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
         };
         Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }

@@ -44,7 +44,14 @@ impl Hand {
     pub fn new(patch: Patch) -> Self {
         let largest = patch.field.pot().surfaces().iter().map(crate::clay::Surface::shape).max_by_key(|s| s.elements());
         let substep = SubStep::for_grid(largest.unwrap_or(GridShape::PAPER));
-        Self { field: patch.field, conditions: patch.conditions, substep, recent: [None; RECENT], recorded: 0, side: None }
+        Self {
+            field: patch.field,
+            conditions: patch.conditions,
+            substep,
+            recent: [None; RECENT],
+            recorded: 0,
+            side: None,
+        }
     }
 
     /// The clay it feels.

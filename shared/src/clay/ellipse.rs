@@ -1,0 +1,89 @@
+//! Ellipses on the clay: a contact or a dent as its second moments have it.
+//!
+//! Knows no law of the clay; sums run lane by lane in one order everywhere.
+//! Invariant: an ellipse is no smaller than an element.
+
+use wide::f32x8;
+
+use super::Surface;
+use super::contact::sum;
+
+/// Sizes of an element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// Angle between columns, rad, and height between rows, m.
+    pub(super) column_rad: f32,
+    pub(super) row_m: f32,
+    /// Area of an element over its radius, m.
+    pub(super) element_rad_m: f32,
+}
+
+impl Step {
+    pub(super) fn of(surface: &Surface) -> Self {
+        let (column_rad, row_m) = (surface.shape().column_angle_rad(), surface.row_height_m());
+        Self { column_rad, row_m, element_rad_m: column_rad * row_m }
+    }
+}
+
+/// An ellipse on the clay, along its arc and its height.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ellipse {
+    /// What is spread over it: of a contact its area, m², of a dent its volume, m³.
+    pub(super) content: f32,
+    /// Mean radius of the clay there, m.
+    pub(super) radius_m: f32,
+    /// Its centre from the tool's, m.
+    pub(super) arc_m: f32,
+    pub(super) above_m: f32,
+    /// Its half axes, m.
+    pub(super) half_arc_m: f32,
+    pub(super) half_height_m: f32,
+}
+
+/// Sums over elements of a weight, and of it times place and square of the place.
+#[derive(Default)]
+pub(super) struct Moments {
+    all: f32x8,
+    radius: f32x8,
+    arc: f32x8,
+    above: f32x8,
+    arc2: f32x8,
+    above2: f32x8,
+}
+
+impl Moments {
+    /// Adds elements of a weight at a place; `radius` comes into the mean alone.
+    pub(super) fn add(&mut self, weight: f32x8, radius: f32x8, arc: f32x8, above: f32x8) {
+        self.all += weight;
+        self.radius += weight * radius;
+        let (by_arc, by_height) = (weight * arc, weight * above);
+        self.arc += by_arc;
+        self.above += by_height;
+        self.arc2 += by_arc * arc;
+        self.above2 += by_height * above;
+    }
+
+    /// The ellipse with these moments; `None` when nothing weighs.
+    ///
+    /// `spread` is the square of the half axis over the variance: 4 for an even ellipse, 6 for a paraboloid.
+    pub(super) fn ellipse(&self, spread: f32, step: &Step) -> Option<Ellipse> {
+        let all = sum(self.all);
+        if all <= 0.0 {
+            return None;
+        }
+        let [radius, arc, above, arc2, above2] =
+            [self.radius, self.arc, self.above, self.arc2, self.above2].map(|lanes| sum(lanes) / all);
+        // an element is as wide as it is, however few of them there are
+        let half = |second: f32, mean: f32, step: f32| {
+            libm::sqrtf(spread * ((second - mean * mean).max(0.0) + step * step / 6.0))
+        };
+        Some(Ellipse {
+            content: all * step.element_rad_m,
+            radius_m: radius,
+            arc_m: arc,
+            above_m: above,
+            half_arc_m: half(arc2, arc, step.column_rad * radius),
+            half_height_m: half(above2, above, step.row_m),
+        })
+    }
+}
