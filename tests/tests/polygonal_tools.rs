@@ -176,7 +176,7 @@ fn any_from_the_rack() -> impl Strategy<Value = ConvexTool> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
     fn hulls_are_cut_as_their_planes_say(tool in any_hull(), pose in any_pose(), reach_m in 0.02_f32..0.1) {
@@ -377,6 +377,21 @@ fn ball_of_facets_presses_as_the_sphere_does() {
 }
 
 #[test]
+fn section_too_thin_to_walk_on_ends_after_one_round() {
+    // a needle's end between two columns: what goes round it has to stop by itself, and the search has to go on
+    let [a, b, c, d] = [
+        Vec3::new(-0.007254274, 0.014021458, -0.009717814),
+        Vec3::new(-0.009284683, 0.022689747, 0.004732199),
+        Vec3::new(-0.007854514, 0.015532464, -0.03245885),
+        Vec3::new(0.024393471, -0.052243672, 0.037444465),
+    ];
+    let needle = ConvexTool::new(&[[a, b, c], [a, d, b], [a, c, d], [b, d, c]]).unwrap();
+    let centre_m = Vec3::new(-0.0048544533, 0.09825789, 0.12654728);
+    let orientation = Quat::from_xyzw(-0.16762556, -0.59425706, 0.3946442, -0.43461362);
+    assert!(assert_cut_is_that_of_the_planes(&needle, &Pose { centre_m, orientation }, 0.085_512_19) > 0);
+}
+
+#[test]
 fn pose_that_is_none_cuts_nothing() {
     let (tool, directions) = (knuckle().unwrap(), directions());
     let mut sections = Sections::for_lattice(COLUMNS as u32, ROWS);
@@ -468,5 +483,5 @@ fn cut_has_the_same_bits_everywhere() {
             digest = bits(&sections).iter().fold(digest, |sum, word| (sum ^ word).wrapping_mul(0x0100_0000_01b3));
         }
     }
-    assert_eq!(format!("{digest:016x}"), "62585f9158ac83aa");
+    assert_eq!(format!("{digest:016x}"), "bf8547e681604e3d");
 }

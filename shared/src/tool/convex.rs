@@ -119,7 +119,7 @@ pub struct ConvexTool {
     corners_m: Vec<Vec4>,
     links: Vec<Link>,
     normals: Vec<Vec3>,
-    /// A side that begins at the corner farthest in the direction of each cell of [`Self::cell`].
+    /// A side that begins at the corner farthest in the direction of each [`cell`].
     outermost: Vec<u16>,
     centre_m: Vec3,
     radius: Metres,

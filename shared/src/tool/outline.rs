@@ -64,7 +64,9 @@ impl<'a> Slice<'a> {
     #[inline(always)]
     pub(super) fn see(&self, corner: u16) -> Vec4 {
         let corner = self.corners_m[usize::from(corner)];
-        self.x * Vec4::splat(corner.x) + self.y * Vec4::splat(corner.y) + self.z * Vec4::splat(corner.z) + self.centre
+        let (x, y, z) = (Vec4::splat(corner.x), Vec4::splat(corner.y), Vec4::splat(corner.z));
+        // in pairs: the next step waits for this sum
+        (self.x * x + self.y * y) + (self.z * z + self.centre)
     }
 
     /// A side that crosses the plane, found from `side` on; none when the plane passes the tool by.
@@ -110,7 +112,6 @@ impl<'a> Slice<'a> {
     /// The last side of the way up the near side that begins on the far one: on over the bottom of the section.
     fn onto_near_side(&self, crossing: &Crossing) -> Option<Crossing> {
         let (mut walker, _) = Walker::pair(self, crossing, 0);
-        let first = walker.at;
         let mut lowest = walker.outermost;
         loop {
             let height = walker.step::<true>(self).z;
@@ -118,7 +119,7 @@ impl<'a> Slice<'a> {
             if height > lowest + self.slack_rows {
                 return Some(Crossing { side: self.tool.twin(walker.at), ends: walker.ends });
             }
-            if walker.at == first {
+            if walker.at == walker.first {
                 return None;
             }
         }
@@ -174,29 +175,32 @@ impl<'a> Slice<'a> {
         }
         outline.end_at_reach(last, last - 1, self.reach_m);
         outline.end_at_reach(first, first + 1, self.reach_m);
-        outline.measure(first, last, self.rows);
-        let (first_row, end_row) = (outline.row[first] as usize, outline.row[last] as usize);
+        let (first_row, end_row) =
+            (rows_below(outline.height[first], self.rows), rows_below(outline.height[last], self.rows));
         if first_row >= end_row {
             return (0, 0);
         }
-        let begun = &mut outline.begun[first_row..=end_row];
-        begun.fill(0);
-        // the last place at or below a row is the one that counts
-        for (number, &row) in outline.row[first..last].iter().enumerate() {
-            if let Some(begun) = begun.get_mut((row as usize).wrapping_sub(first_row)) {
-                *begun = number as u32;
-            }
+        let radii = &outline.radius_m[first..=last];
+        let heights = &outline.height[first..=last];
+        let sides = &outline.side[first..=last];
+        let slopes = &mut outline.slope_m[first..=last];
+        let rise_min = RISE_MIN * self.rows;
+        let pieces = slopes.iter_mut().zip(radii.windows(2).zip(heights.windows(2)));
+        for (number, (slope_m, (radii, heights))) in pieces.enumerate() {
+            *slope_m = (radii[1] - radii[0]) / greater(heights[1] - heights[0], rise_min);
+            // the last place at or below a row is the one that counts
+            let row = rows_below(heights[0], self.rows).clamp(first_row, end_row);
+            outline.begun[row as usize] = number as u32;
         }
-        let [radii, heights, slopes] =
-            [&outline.radius_m[first..last], &outline.height[first..last], &outline.slope_m[first..last]];
-        let sides = &outline.side[first..last];
-        let mut number = 0;
+        let (first_row, end_row) = (first_row as usize, end_row as usize);
         let rows = radius_m[first_row..end_row].iter_mut().zip(&mut facet[first_row..end_row]);
-        for (row, ((radius_m, facet), &begun)) in (first_row as i32..).zip(rows.zip(&*begun)) {
-            number = number.max(begun as usize);
+        let mut number = 0;
+        for (row, ((radius_m, facet), begun)) in (first_row as i32..).zip(rows.zip(&mut outline.begun[first_row..])) {
+            number = number.max(core::mem::take(begun) as usize);
             *radius_m = radii[number] + (row as f32 - heights[number]) * slopes[number];
             *facet = sides[number] / 3;
         }
+        outline.begun[end_row] = 0;
         (first_row, end_row)
     }
 }
@@ -212,9 +216,7 @@ pub(super) struct Outline {
     side: Vec<u16>,
     /// Radius gained with every row from here on, m.
     slope_m: Vec<f32>,
-    /// Number of rows below.
-    row: Vec<u32>,
-    /// For every row of a column, the last place from which it was counted.
+    /// For every row of a column, the last place at or below it, counted from the lowest one; zero between columns.
     begun: Vec<u32>,
 }
 
@@ -226,7 +228,6 @@ impl Outline {
         self.height.resize(places, 0.0);
         self.side.resize(places, 0);
         self.slope_m.resize(places, 0.0);
-        self.row.resize(places, 0);
         self.begun.resize(rows + 1, 0);
     }
 
@@ -254,18 +255,6 @@ impl Outline {
             let share = (reach_m - inside_m) / (outside_m - inside_m);
             self.height[end] = self.height[before] + (self.height[end] - self.height[before]) * share;
             self.radius_m[end] = reach_m;
-        }
-    }
-
-    /// Slopes and rows of the places from `first` to `last`.
-    fn measure(&mut self, first: usize, last: usize, rows: f32) {
-        for (row, &height) in self.row[first..=last].iter_mut().zip(&self.height[first..=last]) {
-            *row = rows_below(height, rows);
-        }
-        let radii = self.radius_m[first..last].iter().zip(&self.radius_m[first + 1..=last]);
-        let heights = self.height[first..last].iter().zip(&self.height[first + 1..=last]);
-        for ((slope_m, (from_m, to_m)), (from, to)) in self.slope_m[first..last].iter_mut().zip(radii).zip(heights) {
-            *slope_m = (to_m - from_m) / greater(to - from, RISE_MIN * rows);
         }
     }
 }
@@ -296,8 +285,9 @@ fn greater(a: f32, b: f32) -> f32 {
 
 /// Goes round a section from one crossed side to the next.
 struct Walker {
-    /// The side through which the next facet is entered.
+    /// The side through which the next facet is entered, and the first one.
     at: u16,
+    first: u16,
     /// The ends of the side crossed last: at s ≤ 0 and at s > 0.
     ends: [Vec4; 2],
     /// Number of the last place met.
@@ -314,7 +304,7 @@ impl Walker {
     fn pair(slice: &Slice<'_>, crossing: &Crossing, place: usize) -> (Self, Self) {
         let met = meet(&crossing.ends);
         let (ends, outermost, nearest_m) = (crossing.ends, met.z, met.y);
-        let from = |at| Self { at, ends, place, outermost, nearest_m, walks: true };
+        let from = |at| Self { at, first: at, ends, place, outermost, nearest_m, walks: true };
         // outside of the facet that the side belongs to is the next one up
         (from(slice.tool.twin(crossing.side)), from(crossing.side))
     }
@@ -350,7 +340,7 @@ impl Walker {
             if UP { height < self.outermost - slice.slack_rows } else { height > self.outermost + slice.slack_rows };
         // once it recedes it goes on receding
         let has_left = radius_m > greater(self.nearest_m + SLACK_M, slice.reach_m);
-        self.walks = !(has_turned | has_left);
+        self.walks = !(has_turned | has_left | (self.at == self.first));
     }
 }
 
