@@ -12,6 +12,7 @@ mod haptic_loop;
 mod potter;
 pub mod render;
 pub mod stroke;
+pub mod tool_file;
 mod transport;
 pub mod view;
 mod worker;

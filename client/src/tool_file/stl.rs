@@ -1,0 +1,65 @@
+//! STL, binary and text.
+//!
+//! `stl_io` reads both; decided here is which of the two it is, and that the file is whole.
+//! Invariant: a binary file is told by its length, not by its first word.
+
+use std::io::Cursor;
+
+use super::{ToolFileFault, Triangles, has_room};
+
+const HEADER_BYTES: usize = 80;
+const COUNT_BYTES: usize = 4;
+const FACET_BYTES: u64 = 50;
+const BYTE_ORDER_MARK: &str = "\u{feff}";
+
+/// The triangles of an STL file; the normals that stand there are left to themselves.
+pub(super) fn triangles(mut bytes: Vec<u8>) -> Result<Triangles, ToolFileFault> {
+    let length = bytes.len() as u64;
+    let Some((triangles, needed)) = announced(&bytes) else { return read_text(&bytes) };
+    if needed != length && text_start(&bytes).is_some() {
+        return read_text(&bytes);
+    }
+    if needed > length {
+        return Err(ToolFileFault::CutShort { triangles, needed, bytes: length });
+    }
+    // some programs begin their binary files with the word that begins the text form
+    bytes[..HEADER_BYTES].fill(0);
+    read(bytes)
+}
+
+/// How many triangles a binary file announces, and how many bytes they make.
+fn announced(bytes: &[u8]) -> Option<(u32, u64)> {
+    let count = bytes.get(HEADER_BYTES..)?.first_chunk::<COUNT_BYTES>()?;
+    let triangles = u32::from_le_bytes(*count);
+    Some((triangles, (HEADER_BYTES + COUNT_BYTES) as u64 + FACET_BYTES * u64::from(triangles)))
+}
+
+/// The text, from its first word on, when that is `solid`.
+fn text_start(bytes: &[u8]) -> Option<&str> {
+    let text = str::from_utf8(bytes).ok()?;
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text).trim_start();
+    text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("solid")).then_some(text)
+}
+
+/// Text as `stl_io` expects it: words in small letters, and a name behind `solid`, which other programs may leave out.
+fn read_text(bytes: &[u8]) -> Result<Triangles, ToolFileFault> {
+    let text = text_start(bytes).unwrap_or_default().to_ascii_lowercase();
+    let (_, facets) = text.split_once('\n').unwrap_or_default();
+    if facets.lines().filter(|line| line.trim_start().starts_with("endsolid")).count() > 1 {
+        return Err(ToolFileFault::SeveralSolids);
+    }
+    read(format!("solid tool\n{facets}").into_bytes())
+}
+
+fn read(bytes: Vec<u8>) -> Result<Triangles, ToolFileFault> {
+    let mut file = Cursor::new(bytes);
+    let facets = stl_io::create_stl_reader(&mut file).map_err(ToolFileFault::Stl)?;
+    let mut triangles = Triangles::new();
+    for facet in facets {
+        if !has_room(&triangles) {
+            break;
+        }
+        triangles.push(facet.map_err(ToolFileFault::Stl)?.vertices.map(|corner| corner.0));
+    }
+    Ok(triangles)
+}
