@@ -267,8 +267,12 @@ fn scripted_run(method: MethodKind) -> (u64, f64) {
             .into_iter()
             .zip(radii)
             .map(|(centre, radius_mm)| {
-                let sample =
-                    ToolSample { tick: Tick(number as u64), tool: sphere(radius_mm), centre: Position(centre), side: Side::Outside };
+                let sample = ToolSample {
+                    tick: Tick(number as u64),
+                    tool: sphere(radius_mm),
+                    centre: Position(centre),
+                    side: Side::Outside,
+                };
                 conditions.press(&sample, None)
             })
             .collect();

@@ -133,7 +133,7 @@ proptest! {
                 let is_named = named.iter().any(|&(other, _, found)| (surface, window) == (other, found));
                 let mut patched = before.clone();
                 patched.copy_window(replica.pot(), surface, window);
-                prop_assert_eq!(patched != before, is_named, "{:?}", window);
+                prop_assert_eq!(patched.digest() != before.digest(), is_named, "{:?}", window);
             }
         }
         prop_assert!(origin.touched.is_empty());

@@ -347,7 +347,12 @@ async fn a_client_that_vanishes_leaves_what_it_had_sent_and_the_others_go_on() {
     for number in 0..300 {
         let depth = 0.004 * (number as f32 / 300.0);
         let centre = Position::nearest(Vec3::new(0.072 - depth, 0.0, 0.1)).unwrap();
-        assert!(client.handle_sample(ToolSample { tick: Tick(first + number), tool: Sphere::default(), centre, side: Side::Outside }));
+        assert!(client.handle_sample(ToolSample {
+            tick: Tick(first + number),
+            tool: Sphere::default(),
+            centre,
+            side: Side::Outside
+        }));
     }
     while let Some(bytes) = client.poll_datagram(Duration::ZERO) {
         raw.connection.send_datagram(bytes.into()).unwrap();

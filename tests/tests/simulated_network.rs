@@ -16,7 +16,6 @@ use pottery_client::device::Device;
 use pottery_client::view::{Link, SharedView, View};
 use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
-use pottery_shared::clay::Pot;
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{Quality, Rate};

@@ -126,8 +126,15 @@ fn notice() -> impl Strategy<Value = Notice> {
 }
 
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let run = (any::<(u64, u16, [i32; 3])>(), prop::collection::vec(any::<[i16; 3]>(), 0..60))
-        .prop_map(|((first_tick, tool_radius_um, start), steps)| Run { first_tick, tool_radius_um, inside: tool_radius_um % 2 == 1, start, steps });
+    let run = (any::<(u64, u16, [i32; 3])>(), prop::collection::vec(any::<[i16; 3]>(), 0..60)).prop_map(
+        |((first_tick, tool_radius_um, start), steps)| Run {
+            first_tick,
+            tool_radius_um,
+            inside: tool_radius_um % 2 == 1,
+            start,
+            steps,
+        },
+    );
     (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
 }
 

@@ -78,7 +78,18 @@ impl GridTextures {
         let source = layouts.bind_skin(device, &uniform_buffer, &radii_view);
         let relief = layouts.bind_relief(device, &relief_view, &filter);
         let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
-        Self { shape, radii, radii_view, relief_view, source, relief, uniform_buffer, row_height_m, reach: uniform.reach(), stale: vec![whole] }
+        Self {
+            shape,
+            radii,
+            radii_view,
+            relief_view,
+            source,
+            relief,
+            uniform_buffer,
+            row_height_m,
+            reach: uniform.reach(),
+            stale: vec![whole],
+        }
     }
 
     pub(super) const fn radii(&self) -> &wgpu::Texture {

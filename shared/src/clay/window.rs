@@ -113,11 +113,20 @@ pub struct Footprint {
 pub(super) struct Scratch {
     pub(super) contacts: Contacts,
     pub(super) boundary: Vec<Boundary>,
-    /// What yields, chunk by chunk of the contacts, m.
-    pub(super) pushes_m: Vec<f32x8>,
+    /// What yields, chunk by chunk of the contacts.
+    pub(super) pushes: Vec<Push>,
     pub(super) row_kernel: Vec<f32>,
     /// Heights of a rim's rows over its half axis.
     pub(super) rows: Vec<f32x8>,
+}
+
+/// What yields of a chunk of the contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    /// This step's push, m.
+    pub(super) depth_m: f32x8,
+    /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
+    pub(super) rising: f32x8,
 }
 
 /// A touched element beside an untouched one.
@@ -139,7 +148,7 @@ impl Footprint {
         let scratch = Scratch {
             boundary: Vec::with_capacity(elements / 8),
             contacts: Contacts::with_room(elements),
-            pushes_m: Vec::with_capacity(elements / LANES + 1),
+            pushes: Vec::with_capacity(elements / LANES + 1),
             rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
         };
@@ -170,6 +179,23 @@ impl Footprint {
     pub fn column(&self, local: u32) -> &[f32] {
         let rows = self.window.rows as usize;
         &self.delta_m[local as usize * rows..][..rows]
+    }
+
+    /// Writes the touched elements of a chunk of the contact over a rim, of which they keep a share; the window must cover
+    /// them.
+    pub(super) fn press_in(&mut self, shape: GridShape, chunk: &Chunk, deltas_m: f32x8, rising: f32x8) {
+        let Some(local) = self.window.local_column(shape, chunk.column) else { return };
+        let start = (chunk.row - self.window.first_row) as usize;
+        let touched = chunk.touched();
+        let pressed = |rim: f32x8| touched.bitselect(rim * rising + deltas_m, rim).to_array();
+        match self.column_mut(local)[start..].first_chunk_mut::<LANES>() {
+            Some(lanes) => *lanes = pressed(f32x8::new(*lanes)),
+            None => {
+                let last = &mut self.column_mut(local)[start..];
+                let lanes = pressed(load(last));
+                last.copy_from_slice(&lanes[..last.len()]);
+            }
+        }
     }
 
     /// Writes the touched elements of a chunk of the contact; the window must cover them.
