@@ -1,12 +1,14 @@
 //! Scenarios, network simulator and golden data of the pottery studio.
 //!
 //! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
-//! [`proxy`] on real sockets; the [`reference`](mod@reference) dents and the [`yardstick`] methods of other authors.
+//! [`proxy`] on real sockets; the [`reference`](mod@reference) dents, the [`failures`] that methods
+//! are tried for, and the [`yardstick`] methods of other authors.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod chart;
 pub mod dent;
 pub mod dice;
+pub mod failures;
 pub mod line;
 pub mod network;
 pub mod proxy;

@@ -5,6 +5,7 @@
 
 mod chart;
 mod dent;
+mod failures;
 mod finite_elements;
 
 use std::process::ExitCode;
@@ -18,7 +19,9 @@ Examples:
   accuracy-chart dent --method ours --depth-mm 2 --release --out dent.csv
       what stays of one press, as theta_rad,z_mm,u_r_mm of every element
   accuracy-chart dent --method improved --rpm 60 --feed-mm-per-rev 3 --turns 2 --out groove.csv
-      the same after two turns of the wheel";
+      the same after two turns of the wheel
+  accuracy-chart failures --out failures
+      which method kicks, sinks, loses clay or breaks, and by how much";
 
 /// Holds every method of deforming clay, and some yardsticks, against finite-element dents: how long a step takes, and
 /// how far the dent, the force and the volume are from the reference.
@@ -39,6 +42,8 @@ enum Command {
     /// Press a sphere at mid-height into a still pot and write the outer surface
     #[command(allow_negative_numbers = true)]
     Dent(dent::DentFlags),
+    /// Put every method through what makes methods fail, and print and write the table
+    Failures(failures::FailuresFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
     FiniteElements(finite_elements::FiniteElementsFlags),
 }
@@ -51,6 +56,7 @@ fn main() -> ExitCode {
     };
     let done = match (arguments.command, arguments.chart) {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
+        (Some(Command::Failures(flags)), _) => failures::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),
         (None, None) => Err("say where the files shall go, with --out DIR (see --help)".into()),
