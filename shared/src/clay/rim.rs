@@ -14,7 +14,7 @@ use super::{Footprint, Surface, Window};
 
 /// A rim about an ellipse.
 ///
-/// `κ(q²) = (Q − q²)/(1 + ((q² − 1)/w)²)` for 1 < q² < Q, `∫ κ = π·a_θ·a_z·I` with U = Q − 1 and
+/// `κ(q²) = (Q − q²)/(1 + ((q² − 1)/w)²)` for 1 < q² < Q, up to which it rises where the tool does not touch, `∫ κ = π·a_θ·a_z·I` with U = Q − 1 and
 /// `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`. Under a sliding tool it is weighted by `1 + x`, between 0 and 2, x the
 /// distance in the direction of sliding over the half axis times the share of sliding: clay rises before the tool and not in its groove.
 pub(super) struct Rim<'a> {
@@ -28,6 +28,9 @@ pub(super) struct Rim<'a> {
 }
 
 impl Rim<'_> {
+    /// Where the rim begins, in q²: it rises from here to q² = 1, so that no element is raised or not by a hair.
+    const BEGIN: f32 = 0.75;
+
     /// Lays the footprint over rim and contact, and fills it with the rim; what the tool touches stays zero.
     pub(super) fn lay(
         &self,
@@ -100,9 +103,9 @@ impl Rim<'_> {
         let raised = |row: f32x8| {
             let q2 = row * row + arc * arc;
             let beyond = (q2 - 1.0) * narrow;
-            let rim = q2.simd_gt(f32x8::ONE) & q2.simd_lt(end);
+            let within = ((q2 - Self::BEGIN) * (1.0 / (1.0 - Self::BEGIN))).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
             let ahead = (row * up + (1.0 + along * arc)).fast_max(f32x8::ZERO).fast_min(f32x8::splat(2.0));
-            ((end - q2) * ahead * crest_m / (beyond * beyond + 1.0)) & rim
+            (end - q2).fast_max(f32x8::ZERO) * within * ahead * crest_m / (beyond * beyond + 1.0)
         };
         let (column, last) = column.as_chunks_mut::<LANES>();
         for (lanes, &row) in column.iter_mut().zip(rows) {

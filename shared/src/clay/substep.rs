@@ -69,6 +69,9 @@ impl Press {
     /// The press at the end of part `number` of `parts`, counted from 1, with its share of the time: the tool goes round the
     /// axis, as clay under a still tool does.
     fn part(&self, number: u32, parts: u32) -> Self {
+        if parts == 1 {
+            return *self;
+        }
         let response = 1.0 - libm::powf(1.0 - self.response, 1.0 / parts as f32);
         let (Some(from_m), true) = (self.from_m, number < parts) else { return Self { response, ..*self } };
         let share = number as f32 / parts as f32;
@@ -92,8 +95,8 @@ impl Press {
 pub struct SubStep {
     footprints: Vec<Footprint>,
     contacts: Vec<Contact>,
-    /// The presses of the part at hand.
-    parts: Vec<Press>,
+    /// The parts that are pressed at once, each with the number of its press.
+    parts: Vec<(usize, Press)>,
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
     outward_m: Vec<f32>,
@@ -115,8 +118,8 @@ impl SubStep {
     /// Advances `pot` by one step under `presses` and tells `touched` of every window that changed.
     ///
     /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order;
-    /// its force adds up over the surfaces. Where a tool has moved far, all go in as many parts as the farthest needs, at
-    /// most [`Press::PARTS_MAX`], and the contacts are those of the last.
+    /// its force adds up over the surfaces. A tool that has moved far goes in parts, at most [`Press::PARTS_MAX`], among
+    /// which those of the others are spread; its contact is that of the last.
     pub fn advance(
         &mut self,
         pot: &mut Pot,
@@ -124,14 +127,18 @@ impl SubStep {
         method: impl Method,
         mut touched: impl FnMut(usize, Window),
     ) -> &[Contact] {
-        let parts = presses.iter().map(Press::parts).max().unwrap_or(1);
+        self.contacts.clear();
+        self.contacts.resize(presses.len(), Contact::default());
+        let rounds = presses.iter().map(Press::parts).max().unwrap_or(1);
         let mut now = core::mem::take(&mut self.parts);
-        for number in 1..=parts {
+        for round in 1..=rounds {
             now.clear();
-            if parts == 1 {
-                now.extend_from_slice(presses);
-            } else {
-                now.extend(presses.iter().map(|press| press.part(number, parts)));
+            for (number, press) in presses.iter().enumerate() {
+                let parts = press.parts();
+                let part = round * parts / rounds;
+                if part > (round - 1) * parts / rounds {
+                    now.push((number, press.part(part, parts)));
+                }
             }
             self.advance_once(pot, &now, &method, &mut touched);
         }
@@ -142,18 +149,19 @@ impl SubStep {
     fn advance_once(
         &mut self,
         pot: &mut Pot,
-        presses: &[Press],
+        presses: &[(usize, Press)],
         method: &impl Method,
         touched: &mut impl FnMut(usize, Window),
     ) {
-        self.contacts.clear();
-        self.contacts.resize(presses.len(), Contact::default());
+        for &(number, _) in presses {
+            self.contacts[number] = Contact::default();
+        }
         for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
             while self.footprints.len() < presses.len() {
                 self.footprints.push(Footprint::for_grid(surface.shape()));
             }
             let footprints = &mut self.footprints[..presses.len()];
-            for ((press, footprint), total) in presses.iter().zip(&mut *footprints).zip(&mut self.contacts) {
+            for ((of, press), footprint) in presses.iter().zip(&mut *footprints) {
                 // the one place that keeps out what is no press: past it, everything is finite
                 let contact = if press.is_sound() {
                     method.press(surface, press, footprint)
@@ -161,6 +169,7 @@ impl SubStep {
                     footprint.reset(Window::default());
                     Contact::default()
                 };
+                let total = &mut self.contacts[*of];
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;
                 total.penetration_m = total.penetration_m.max(contact.penetration_m);
