@@ -78,12 +78,12 @@ fn backed(depths_mm: &[f64]) -> Case {
     }
 }
 
-fn hollow(depths_mm: &[f64]) -> Case {
+fn hollow(depths_mm: &[f64], load_s_m: f64) -> Case {
     Case {
         wall: Wall { coarse_m: 0.008, ..WALL },
         support: Support::Hollow,
         assumed_shear: true,
-        pace: HOLLOW_PACE,
+        pace: Pace { load_s_m, ..HOLLOW_PACE },
         ..backed(depths_mm)
     }
 }
@@ -128,17 +128,16 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("backed_wall12", of_wall(backed(&[2.0]), 60.0, 12.0, 8)),
         ("backed_wall5", of_wall(backed(&[2.0]), 60.0, 5.0, 5)),
         ("loose_base", Case { support: Support::Loose, ..backed(&[1.0, 2.0]) }),
-        ("hollow_base", hollow(&[1.0, 2.0, 4.0])),
-        ("hollow_ball20", of_ball(hollow(&[2.0]), 20.0, fine, 22.0)),
-        ("hollow_r40w6", of_wall(hollow(&[2.0]), 40.0, 6.0, 6)),
-        ("hollow_e1y15", of_clay(hollow(&[2.0]), 1.0, 15.0)),
-        ("hollow_wall12", of_wall(hollow(&[2.0]), 60.0, 12.0, 8)),
+        ("hollow_base", hollow(&[1.0, 2.0, 4.0], 100.0)),
+        ("hollow_ball20", of_ball(hollow(&[2.0], 70.0), 20.0, fine, 22.0)),
+        ("hollow_r40w6", of_wall(hollow(&[2.0], 70.0), 40.0, 6.0, 6)),
+        ("hollow_e1y15", of_clay(hollow(&[2.0], 70.0), 1.0, 15.0)),
+        ("hollow_wall12", of_wall(hollow(&[2.0], 70.0), 60.0, 12.0, 8)),
     ];
     let drawings = [
         ("stroke_d1f4", drawn(12.0, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("stroke_d1f0", drawn(12.0, &[[1.0, 0.0], [1.0, 0.0]])),
         ("stroke_d2f0", drawn(12.0, &[[1.0, 0.0], [2.0, 0.0]])),
-        ("stroke_ball20_d2f4", drawn(20.0, &[[2.0, 0.0], [2.0, 4.0]])),
+        ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()
