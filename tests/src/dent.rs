@@ -143,7 +143,13 @@ impl Dent {
             }
         }
         times_ns.sort_by(f64::total_cmp);
-        Ok(self.measure(&pressing.pot, pressing.at, pressing.tool, force_n, times_ns[times_ns.len() / 2]))
+        Ok(self.measure(
+            &pressing.pot,
+            pressing.at.unwrap_or_default(),
+            pressing.tool,
+            force_n,
+            times_ns[times_ns.len() / 2],
+        ))
     }
 
     fn measure(&self, pot: &Pot, at: Vec3, tool: Sphere, force_n: f32, step_ns: f64) -> Dented {
@@ -179,8 +185,10 @@ pub struct Pressing {
     tool: Sphere,
     pot: Pot,
     substep: SubStep,
+    step: Seconds,
     response: f32,
-    at: Vec3,
+    /// Where the tool is, once it has come.
+    at: Option<Vec3>,
     contact: Contact,
 }
 
@@ -193,8 +201,10 @@ impl Pressing {
         let tool = dent.check()?;
         let pot = Pot::new(dent.pot)?;
         let substep = SubStep::for_grid(dent.pot.shape);
-        let response = Material::default().response(step);
-        Ok(Self { dent, tool, pot, substep, response, at: Vec3::ZERO, contact: Contact::default() })
+        // the reference knows no rate: a tool that goes on has to meet clay that has given way
+        let viscosity = if dent.round.is_some() { Material::VISCOSITY_MIN } else { Material::default().viscosity };
+        let response = Material { viscosity, ..Material::default() }.response(step);
+        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact: Contact::default() })
     }
 
     /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
@@ -215,11 +225,14 @@ impl Pressing {
         touched: impl FnMut(usize, Window),
     ) -> f32 {
         let distance = self.dent.pot.radius.0 + self.tool.radius().0 - depth_m;
-        self.at = Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m);
+        let at = Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m);
         let Dent { method, strength, .. } = self.dent;
-        let press = Press { turning, response: self.response, strength, ..Press::held(self.tool, self.at) };
+        // the published methods know where a tool is, and of no way there
+        let from_m = self.at.replace(at).filter(|_| method == MethodKind::Plastic);
+        let press =
+            Press { turning, response: self.response, strength, from_m, dt: self.step, ..Press::held(self.tool, at) };
         self.contact = self.substep.advance(&mut self.pot, &[press], method, touched)[0];
-        self.contact.force_n.dot(self.at.with_z(0.0).normalize())
+        self.contact.force_n.dot(at.with_z(0.0).normalize())
     }
 
     /// What the last step met.

@@ -5,7 +5,7 @@
 
 use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
 use crate::tool::ToolSample;
-use crate::units::Tick;
+use crate::units::{Seconds, Tick};
 
 /// Everything about a wheel that is not clay.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,11 +24,13 @@ impl Conditions {
     #[must_use]
     pub fn press(&self, sample: &ToolSample, before: Option<&ToolSample>) -> Press {
         let before = before.filter(|before| sample.follows(before));
+        let ticks = before.map_or(1, |before| sample.tick.since(before.tick));
         let material = self.material.at(sample.tick);
         Press {
             tool: sample.tool,
             centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
             from_m: before.map(|before| self.phase(before.tick).pot_from_room(before.centre.point_m())),
+            dt: Seconds(Tick::PERIOD.0 * ticks as f32),
             side: sample.side,
             turning: self.wheel.rate(sample.tick).signum() as i8,
             response: material.response(Tick::PERIOD),

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Window};
 use crate::tool::{Side, Sphere};
-use crate::units::Tick;
+use crate::units::{Seconds, Tick};
 
 /// A tool held at one place for one sub-step, in the pot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Press {
     pub centre_m: Vec3,
     /// Where it came from in this step, m, when it is known; what lies between is pressed too.
     pub from_m: Option<Vec3>,
+    /// How long it took.
+    pub dt: Seconds,
     /// On which side of the wall it works.
     pub side: Side,
     /// Which way the clay turns under it: −1, 0 or 1.
@@ -44,6 +46,7 @@ impl Press {
             tool,
             centre_m,
             from_m: None,
+            dt: Tick::PERIOD,
             side: Side::Outside,
             turning: 0,
             response: material.response(Tick::PERIOD),
@@ -53,7 +56,10 @@ impl Press {
 
     /// Whether it is one that a tool on clay can make: at a place, with a share of what is there, in a material there is.
     fn is_sound(&self) -> bool {
-        self.centre_m.is_finite() && (0.0..=1.0).contains(&self.response) && self.strength.is_sound()
+        self.centre_m.is_finite()
+            && self.dt.0 >= 0.0
+            && (0.0..=1.0).contains(&self.response)
+            && self.strength.is_sound()
     }
 
     /// Parts into which its way is cut. Each is at most a third of the tool's radius R, so that the grooves of a small contact

@@ -67,7 +67,7 @@ impl Scene {
     pub(super) fn tool(&self, radius_mm: f32, centre_m: Vec3) -> Press {
         let tool = Sphere::new(Metres::from_mm(radius_mm)).expect("a tool of the suite");
         let response = self.material.response(self.step);
-        Press { response, strength: self.material.strength, ..Press::held(tool, centre_m) }
+        Press { dt: self.step, response, strength: self.material.strength, ..Press::held(tool, centre_m) }
     }
 
     /// A tool with its deepest point `depth_mm` under the untouched wall.
