@@ -69,7 +69,7 @@ impl Stroke {
         let place = [f64::from(distance_mm) * angle.cos(), f64::from(distance_mm) * angle.sin(), f64::from(z_mm)];
         let centre_m = Vec3::from_array(place.map(|along| (along * 1e-3) as f32));
         let tool = Sphere::new(Metres::from_mm(self.radius_mm)).unwrap();
-        Press { side: self.side, response: Material::default().response(dt), ..Press::held(tool, centre_m) }
+        Press { side: self.side, dt, response: Material::default().response(dt), ..Press::held(tool, centre_m) }
     }
 
     /// The press at the end of one of so many steps, from where the tool was before.
