@@ -1,0 +1,59 @@
+//! Prints the digest of a fixed run for every method: the same on every machine and with whatever vectors it has.
+//!
+//! Owns the run; what its digests are is pinned by `tests/tests/golden.rs`, which builds this for several processors.
+//! Invariant: no figure of the run comes from the host's own functions, whose last bits differ.
+
+use pottery_shared::clay::{Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Wheel};
+use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
+use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
+
+/// Every method.
+pub const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic];
+
+/// 500 sub-steps of two tools outside and one inside, on a wheel that changes its speed and in clay that changes its
+/// viscosity: the digest, and the volume pressed away, mm³.
+///
+/// # Errors
+/// None: the default pot can be made.
+pub fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
+    let mut pot = Pot::new(PotSpec::default())?;
+    let mut conditions = Conditions {
+        wheel: Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0))),
+        method,
+        ..Conditions::default()
+    };
+    conditions.wheel.schedule(Tick(250), Wheel::rate_of(Rpm(-40.0)));
+    conditions.material.set(Tick(300), Material { viscosity: Seconds(0.03), ..Material::default() });
+    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let radii_mm = [12.0, 5.0, 7.0];
+    let tools = radii_mm.map(|radius_mm| Sphere::new(Metres::from_mm(radius_mm)).unwrap_or_default());
+    let mut before: [Option<ToolSample>; 3] = [None; 3];
+    for number in 0..500_i32 {
+        let places = [
+            [6900 - number, 0, 8000 + 10 * number],
+            [-3000, 6300 - number, 11_000 - 7 * number],
+            [0, -5300 - number / 8, 9000 + 3 * number],
+        ];
+        let sides = [Side::Outside, Side::Outside, Side::Inside];
+        let mut presses = Vec::new();
+        for ((tool, centre), (side, before)) in tools.into_iter().zip(places).zip(sides.into_iter().zip(&mut before)) {
+            let sample = ToolSample { tick: Tick(number as u64), tool, centre: Position(centre), side };
+            presses.push(conditions.press(&sample, before.as_ref()));
+            *before = Some(sample);
+        }
+        substep.advance(&mut pot, &presses, method, |_, _| {});
+    }
+    Ok((pot.digest(), pot.pressed_m3() * 1e9))
+}
+
+/// Prints a line a method.
+///
+/// # Errors
+/// None: the default pot can be made.
+pub fn main() -> Result<(), PotError> {
+    for method in METHODS {
+        let (digest, volume_mm3) = run(method)?;
+        println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
+    }
+    Ok(())
+}

@@ -1,0 +1,48 @@
+//! The digest of a fixed run, pinned, and the same whatever processor the core was built for.
+//!
+//! The run is `shared/examples/golden.rs`; prediction depends on its bits being the same for client and server.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+use std::process::Command;
+
+#[path = "../../shared/examples/golden.rs"]
+#[expect(dead_code, reason = "its main is run as a program of its own")]
+mod golden;
+
+/// Pinned on x86-64: nothing but IEEE operations and libm's own code makes a radius.
+const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0xab91_4f93_4110_e3cf];
+
+#[test]
+fn fixed_run_gives_the_pinned_pot() {
+    let found = golden::METHODS.map(|method| golden::run(method).unwrap());
+    for (method, (digest, volume_mm3)) in golden::METHODS.iter().zip(found) {
+        println!("{method:?}: {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
+        assert!(volume_mm3 > 500.0, "{method:?}: {volume_mm3} mm³");
+    }
+    let digests = found.map(|(digest, _)| digest);
+    assert!(digests == PINNED, "the pot is another: the new digests are {digests:#018x?}");
+}
+
+#[test]
+fn every_width_of_vectors_gives_the_same_bits() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden");
+    let processors: &[&str] = if cfg!(target_arch = "x86_64") { &["native", "x86-64"] } else { &["native"] };
+    for processor in processors {
+        let built = Command::new(env!("CARGO"))
+            .args(["run", "--quiet", "--release", "--locked", "--package", "pottery-shared", "--example", "golden"])
+            .arg("--target-dir")
+            .arg(&folder)
+            .env("RUSTFLAGS", format!("-C target-cpu={processor}"))
+            .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&built.stdout);
+        assert!(built.status.success(), "{processor}: {}", String::from_utf8_lossy(&built.stderr));
+        for (method, pinned) in golden::METHODS.iter().zip(PINNED) {
+            assert!(said.contains(&format!("{method:?} {pinned:#018x},")), "{processor}: {said}");
+        }
+        println!("{processor}: {said}");
+    }
+}
