@@ -77,7 +77,7 @@ impl Profile {
             // writing to a string cannot fail
             _ = writeln!(
                 text,
-                "{angle:.6},{height:.digits$},{moved:.digits$},{angle0:.6},{height0:.digits$},{inner:.digits$}"
+                "{angle:.5},{height:.digits$},{moved:.digits$},{angle0:.5},{height0:.digits$},{inner:.digits$}"
             );
         }
         text
