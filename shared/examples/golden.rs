@@ -8,14 +8,14 @@ use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 /// Every method.
-pub const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic];
+pub(crate) const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic];
 
 /// 500 sub-steps of two tools outside and one inside, on a wheel that changes its speed and in clay that changes its
 /// viscosity: the digest, and the volume pressed away, mm³.
 ///
 /// # Errors
 /// None: the default pot can be made.
-pub fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
+pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
     let mut pot = Pot::new(PotSpec::default())?;
     let mut conditions = Conditions {
         wheel: Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0))),
@@ -50,7 +50,7 @@ pub fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
 ///
 /// # Errors
 /// None: the default pot can be made.
-pub fn main() -> Result<(), PotError> {
+pub(crate) fn main() -> Result<(), PotError> {
     for method in METHODS {
         let (digest, volume_mm3) = run(method)?;
         println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
