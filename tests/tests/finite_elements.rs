@@ -230,10 +230,8 @@ fn bar_yields_at_its_yield_stress_and_unloads_along_its_stiffness() {
     let drive = |body: &mut Body, rate: f64| {
         for node in 0..body.position.len() {
             let was = body.mesh.nodes[node];
-            for axis in 0..3 {
-                if was[axis] < 1e-9 {
-                    body.free[node][axis] = 0.0;
-                }
+            for axis in (0..3).filter(|axis| was[*axis] < 1e-9) {
+                body.free[node][axis] = 0.0;
             }
             if was[2] > 0.02 - 1e-9 {
                 body.free[node][2] = 0.0;
