@@ -7,7 +7,7 @@
 use glam::Vec3;
 use wide::f32x8;
 
-use super::contact::{Contacts, LANES, sum, turned};
+use super::contact::{Chunk, Contacts, LANES, sum, turned};
 use super::{Contact, Footprint, Method, Press, Surface};
 use crate::tool::Side;
 
@@ -73,11 +73,9 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
         let line = touched & !point;
         let weight = chunk.penetration_m & point;
         let outwards = f32x8::splat(chunk.along_m) - met_m;
-        sums.add(Kind::Point, chunk.cos, chunk.sin, weight * outwards, weight * chunk.aside_m, weight, chunk.above_m);
+        sums.add(Kind::Point, chunk, weight * outwards, weight);
         if line.any() {
-            let weight = f32x8::ONE & line;
-            let aside = weight * chunk.aside_m;
-            sums.add(Kind::Line, chunk.cos, chunk.sin, f32x8::ZERO, aside, weight, chunk.above_m);
+            sums.add(Kind::Line, chunk, f32x8::ZERO, f32x8::ONE & line);
             let above = chunk.above_m & line;
             let away = (above * above + chunk.aside_m * chunk.aside_m).sqrt();
             let depth = (f32x8::splat(press.tool.radius().0) - away) & line;
@@ -105,13 +103,14 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds vectors given along a ray, across it and downwards.
-    fn add(&mut self, kind: Kind, cos: f32, sin: f32, outwards: f32x8, aside: f32x8, weight: f32x8, above: f32x8) {
+    /// Adds the ways from a chunk's elements to the tool's centre, weighted: `outwards` along the ray is weighted already.
+    fn add(&mut self, kind: Kind, chunk: &Chunk, outwards: f32x8, weight: f32x8) {
         let [x, y, z] = &mut self.directions[kind as usize];
-        *x += outwards * cos - aside * sin;
-        *y += outwards * sin + aside * cos;
+        let aside = weight * chunk.aside_m;
+        *x += outwards * chunk.cos - aside * chunk.sin;
+        *y += outwards * chunk.sin + aside * chunk.cos;
         // where nothing is touched the height may be infinite
-        *z -= (weight * above) & weight.simd_gt(f32x8::ZERO);
+        *z -= (weight * chunk.above_m) & weight.simd_gt(f32x8::ZERO);
     }
 
     fn contact(&self, surface: &Surface, press: &Press, contacts: &Contacts) -> Contact {
