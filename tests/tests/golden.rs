@@ -2,8 +2,6 @@
 //!
 //! The run is `shared/examples/golden.rs`; prediction depends on its bits being the same for client and server.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::path::Path;
 use std::process::Command;
 
