@@ -14,9 +14,9 @@ use super::{Contact, Footprint, Method, Press, Sink, Surface, Window};
 use crate::tool::Side;
 
 /// Poisson's ratio of wet clay.
-const POISSON: f32 = 0.45;
+pub(super) const POISSON: f32 = 0.45;
 /// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
-const STEEPEST: f32 = 0.5;
+pub(super) const STEEPEST: f32 = 0.5;
 
 /// Least slope that the law has been seen with: a flat of one element has none.
 const SLOPE_MIN: f32 = 0.02;
@@ -167,7 +167,7 @@ impl PlasticCsem {
     }
 
     /// H/σ_y for E*/σ_y and the tool's slope at the edge of the contact.
-    fn hardness(&self, stiffness: f32, slope: f32) -> f32 {
+    pub(super) fn hardness(&self, stiffness: f32, slope: f32) -> f32 {
         let law = &self.law;
         let hardness = law.hardness
             + law.hardness_by_stiffness * libm::logf(stiffness / 60.0)
@@ -176,7 +176,7 @@ impl PlasticCsem {
     }
 
     /// Share of what yields now that comes back as a rim.
-    fn rim_share(&self, strain: f32) -> f32 {
+    pub(super) fn rim_share(&self, strain: f32) -> f32 {
         let part = strain / self.law.rim_strain;
         (1.0 - libm::expf(-part) * (1.0 - 0.25 * part)).clamp(0.0, 1.0)
     }
@@ -208,8 +208,13 @@ impl Slide {
             return Self::default();
         }
         let (along, up) = (along_m / moved_m, up_m / moved_m);
-        let share = ((moved_m / press.dt.0 - Self::BEGIN_M_S) / Self::WHOLE_M_S).clamp(0.0, 1.0);
+        let share = Self::share(moved_m / press.dt.0);
         Self { along: along * share, up: up * share, share }
+    }
+
+    /// Share of sliding of a tool at a speed along the clay, m/s.
+    pub(super) fn share(speed_m_s: f32) -> f32 {
+        ((speed_m_s - Self::BEGIN_M_S) / Self::WHOLE_M_S).clamp(0.0, 1.0)
     }
 }
 
@@ -243,17 +248,17 @@ fn contact_ellipse(contacts: &Contacts, step: &Step, steepest_m: f32) -> Option<
 ///
 /// `2a/(1 + 0.62·a/t + 0.38·(a/t)²)`: within 2 % of the integral `2a·∫ J₁(ka)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk` for a/t
 /// up to 1.3; for a thick layer it is Boussinesq's 2a.
-fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
+pub(super) fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
     let ratio = radius_m / thickness_m;
     2.0 * radius_m / (1.0 + ratio * (0.62 + 0.38 * ratio))
 }
 
 /// A contact and how the clay gives way in it.
-struct Spot {
-    ellipse: Ellipse,
+pub(super) struct Spot {
+    pub(super) ellipse: Ellipse,
     /// Depth to which clay springs back in the middle, m.
-    elastic_m: f32,
-    slide: Slide,
+    pub(super) elastic_m: f32,
+    pub(super) slide: Slide,
 }
 
 impl Spot {
@@ -261,10 +266,10 @@ impl Spot {
     const LEFT: f32 = 0.15;
 
     /// Mean elastic depth over the contact, over that in the middle: `1 − 0.35/2 − 0.14/4`.
-    const MEAN: f32 = 0.79;
+    pub(super) const MEAN: f32 = 0.79;
 
     /// Elastic depth at a place, and what it would be if all of the contact gave way as its middle does, m.
-    fn elastic_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
+    pub(super) fn elastic_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
         let ellipse = &self.ellipse;
         let (arc, above) = (arc - ellipse.arc_m, above - ellipse.above_m);
         let (across, up) = (arc * (1.0 / ellipse.half_arc_m), above * (1.0 / ellipse.half_height_m));

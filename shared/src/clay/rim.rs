@@ -29,7 +29,7 @@ pub(super) struct Rim<'a> {
 
 impl Rim<'_> {
     /// Where the rim begins, in q²: it rises from here to q² = 1, so that no element is raised or not by a hair.
-    const BEGIN: f32 = 0.75;
+    pub(super) const BEGIN: f32 = 0.75;
 
     /// Lays the footprint over rim and contact, and fills it with the rim; what the tool touches stays zero.
     pub(super) fn lay(
@@ -118,7 +118,7 @@ impl Rim<'_> {
 }
 
 /// The I of [`Rim`].
-fn area(law: &PlasticLaw) -> f32 {
+pub(super) fn area(law: &PlasticLaw) -> f32 {
     let (end, width) = (law.rim_end - 1.0, law.rim_width);
     end * width * libm::atanf(end / width) - 0.5 * width * width * libm::logf(1.0 + end * end / (width * width))
 }

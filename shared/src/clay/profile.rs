@@ -1,0 +1,446 @@
+//! The studio's own law on a profile over height: what a tool does to clay that goes round under it many times.
+//!
+//! Owns the arithmetic of one part of a turn; who chooses the profile instead of the grid, and when, is `lathe`'s affair.
+//! Invariant: a row out of the tool's and its rim's reach keeps its radius, bit for bit.
+
+use alloc::vec::Vec;
+use core::f32::consts::{PI, TAU};
+
+use glam::Vec3;
+use wide::f32x8;
+
+use super::contact::{LANES, load, sum};
+use super::ellipse::{Ellipse, Step};
+use super::plastic::{POISSON, STEEPEST, Slide, Spot, layer_depth_m};
+use super::rim::{Rim, area};
+use super::{Contact, PlasticCsem, Strength};
+
+/// Places round the pot at which an element is looked at while it passes the tool.
+const NODES: usize = 8;
+/// Nodes and weights of Gauss and Legendre on 0..1, for the rim.
+const RIM_NODES: [(f32, f32); 5] = [
+    (0.046_910_077, 0.118_463_44),
+    (0.230_765_34, 0.239_314_34),
+    (0.5, 0.284_444_45),
+    (0.769_234_66, 0.239_314_34),
+    (0.953_089_9, 0.118_463_44),
+];
+/// The same for the slope, whose weight is even.
+const SLOPE_NODES: [(f32, f32); 3] = [(0.112_701_67, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_35, 5.0 / 18.0)];
+
+/// Where a tool stands beside clay that goes round, and for how long.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass {
+    /// Radius of the sphere, its distance from the axis and its height, m.
+    pub(super) radius_m: f32,
+    pub(super) distance_m: f32,
+    pub(super) z_m: f32,
+    pub(super) strength: Strength,
+    /// −ln(1 − share that yields) for each radian under the tool.
+    pub(super) rate_per_rad: f32,
+    /// How fast the clay goes round, rad/s.
+    pub(super) speed_rad_s: f32,
+    /// Turns that it lasts.
+    pub(super) turns: f32,
+}
+
+impl Pass {
+    /// Depth of the tool in clay of a radius at an angle from it, m.
+    fn depth_m(&self, radius: f32x8, angle: f32x8, chord_m2: f32x8) -> f32x8 {
+        let aside = sine(angle) * self.distance_m;
+        let chord2 = chord_m2 - aside * aside;
+        let near_side = cosine(angle) * self.distance_m - chord2.fast_max(f32x8::ZERO).sqrt();
+        (radius - near_side).fast_max(f32x8::ZERO) & chord2.simd_gt(f32x8::ZERO)
+    }
+}
+
+/// One radius a row, and what a turn does to it.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    step: Step,
+    thickness_m: f32,
+    bounds_m: (f32, f32),
+    /// Mean radius, m; rows beyond the rim are zero, so that no tool touches them.
+    pub(super) radii_m: Vec<f32>,
+    /// How much wider than that clay is right before it meets the tool, m.
+    lead_m: Vec<f32>,
+    /// How much it rises under the tool before it yields and after, m.
+    inside_m: [Vec<f32>; 2],
+    /// By how much it is pressed in when it passes, m.
+    pressed_m: Vec<f32>,
+    /// By how much it is narrower after a turn, m: a thread whose step stands at the tool.
+    pub(super) fall_m: Vec<f32>,
+    /// Angles before and behind the tool at which contact begins and ends, rad.
+    before_rad: Vec<f32>,
+    behind_rad: Vec<f32>,
+    /// Rows for which all but the radii may be other than zero.
+    alive: (usize, usize),
+}
+
+/// Rows of one pass, eight at a time.
+#[derive(Clone, Copy)]
+struct Rows {
+    at: usize,
+    /// Height above the tool, m, and half the tool's chord there squared, m².
+    above_m: f32x8,
+    chord_m2: f32x8,
+}
+
+impl Profile {
+    pub(super) fn new(rows: usize, step: Step, thickness_m: f32, bounds_m: (f32, f32)) -> Self {
+        let zeros = || alloc::vec![0.0; rows.next_multiple_of(LANES)];
+        Self {
+            step,
+            thickness_m,
+            bounds_m,
+            radii_m: zeros(),
+            lead_m: zeros(),
+            inside_m: [zeros(), zeros()],
+            pressed_m: zeros(),
+            fall_m: zeros(),
+            before_rad: zeros(),
+            behind_rad: zeros(),
+            alive: (0, 0),
+        }
+    }
+
+    /// Forgets how clay moved before; the radii stay.
+    pub(super) fn rest(&mut self) {
+        self.rest_rows(self.alive.0, self.alive.1);
+        self.alive = (0, 0);
+    }
+
+    /// Takes rows over as they are on the grid: their mean radius, and the thread in which they are cut.
+    pub(super) fn take(&mut self, row: usize, radius_m: f32, fall_m: f32) {
+        self.radii_m[row] = radius_m;
+        self.fall_m[row] = fall_m;
+        self.pressed_m[row] = fall_m;
+        self.lead_m[row] = 0.5 * fall_m;
+        self.alive = if self.alive.0 == self.alive.1 {
+            (row, row + 1)
+        } else {
+            (self.alive.0.min(row), self.alive.1.max(row + 1))
+        };
+    }
+
+    fn rest_rows(&mut self, from: usize, to: usize) {
+        if from < to {
+            let [before, behind] = &mut self.inside_m;
+            for rows in [before, behind, &mut self.lead_m, &mut self.pressed_m, &mut self.fall_m] {
+                rows[from..to].fill(0.0);
+            }
+            for rows in [&mut self.before_rad, &mut self.behind_rad] {
+                rows[from..to].fill(0.0);
+            }
+        }
+    }
+
+    /// Rows that a pass can move: those of the tool, and of a rim twice as high as the contact.
+    pub(super) fn reach(&self, radius_m: f32, z_m: f32) -> (usize, usize) {
+        let row = |z_m: f32| (z_m / self.step.row_m).max(0.0) as usize;
+        let reach_m = 2.0 * radius_m + self.step.row_m;
+        let end = (row(z_m + reach_m) + 2).next_multiple_of(LANES).min(self.radii_m.len());
+        ((row(z_m - reach_m) / LANES * LANES).min(end), end)
+    }
+
+    /// Half of the angle in which the tool touches a row, rad.
+    pub(super) fn half_contact_rad(&self, row: usize) -> f32 {
+        0.5 * (self.before_rad[row] + self.behind_rad[row])
+    }
+
+    /// Lets the clay pass a tool.
+    ///
+    /// With D what an element loses while it passes, u what it rises before and behind the tool, a row falls by `Δ = D − u`
+    /// a turn. It meets the tool `Δ/2 + u_before` wider than its mean.
+    pub(super) fn advance(&mut self, law: &PlasticCsem, pass: &Pass) -> Contact {
+        let (first, end) = self.reach(pass.radius_m, pass.z_m);
+        let (alive_first, alive_end) = self.alive;
+        self.rest_rows(alive_first, alive_end.min(first));
+        self.rest_rows(alive_first.max(end), alive_end);
+        self.alive = (first, end);
+        let rows = self.rows(pass, first, end);
+        let Some((ellipse, slope)) = self.touch(pass, rows.clone()) else {
+            return Contact::default();
+        };
+        let youngs_reduced_pa = pass.strength.youngs_pa / (1.0 - POISSON * POISSON);
+        let stiffness = youngs_reduced_pa / pass.strength.yield_pa;
+        let hardness_pa = pass.strength.yield_pa * law.hardness(stiffness, slope);
+        let radius_m = libm::sqrtf(ellipse.half_arc_m * ellipse.half_height_m);
+        let elastic_m = law.law.recovery * hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, self.thickness_m);
+        let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
+        let spot = Spot { ellipse, elastic_m, slide: Slide { along: share, up: 0.0, share } };
+        let (carried, dent) = self.press(pass, &spot, rows.clone());
+        if let Some(dent) = dent {
+            let rising = law.rim_share(stiffness * slope);
+            let rising = rising + (1.0 - rising) * law.law.slide_share * share;
+            self.rise(pass, &spot, &dent, rising, law, rows.clone());
+        } else {
+            let [before, behind] = &mut self.inside_m;
+            for rows in [before, behind, &mut self.lead_m, &mut self.fall_m] {
+                rows[first..end].fill(0.0);
+            }
+        }
+        self.settle(pass, rows);
+        Contact {
+            force_n: carried.force * (hardness_pa / Spot::MEAN * self.step.row_m),
+            elements: (ellipse.content / (ellipse.radius_m * self.step.element_rad_m)) as u32,
+            penetration_m: carried.deepest_m,
+            sink: None,
+        }
+    }
+
+    fn rows(&self, pass: &Pass, first: usize, end: usize) -> impl Iterator<Item = Rows> + Clone + use<> {
+        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let (row_m, z_m, radius_m) = (self.step.row_m, pass.z_m, pass.radius_m);
+        (first..end).step_by(LANES).map(move |at| {
+            let above_m = (lanes + at as f32) * row_m - z_m;
+            Rows { at, above_m, chord_m2: f32x8::splat(radius_m * radius_m) - above_m * above_m }
+        })
+    }
+
+    /// Where the tool touches, as an ellipse whose arc is counted against the clay's turning, and its slope at the edge.
+    fn touch(&mut self, pass: &Pass, rows: impl Iterator<Item = Rows>) -> Option<(Ellipse, f32)> {
+        let [mut all, mut radii, mut arcs, mut arcs2, mut aboves, mut aboves2, mut slopes] = [f32x8::ZERO; 7];
+        let steepest_m2 = f32x8::splat(STEEPEST * STEEPEST * pass.radius_m * pass.radius_m);
+        for Rows { at, above_m, chord_m2 } in rows {
+            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at);
+            let [rises, after] = self.inside_m.each_ref().map(|rows| eight(rows, at));
+            let trail = lead + rises + after - eight(&self.pressed_m, at);
+            let before = edge_rad(lead, chord_m2, pass.distance_m);
+            let behind = edge_rad(trail, chord_m2, pass.distance_m) & before.simd_gt(f32x8::ZERO);
+            put(&mut self.before_rad, at, before);
+            put(&mut self.behind_rad, at, behind);
+            let angle = before + behind;
+            if !angle.simd_gt(f32x8::ZERO).any() {
+                continue;
+            }
+            let radius = (lead + trail) * 0.5;
+            let weight = angle * radius;
+            let above = above_m & before.simd_gt(f32x8::ZERO);
+            all += weight;
+            radii += weight * radius;
+            arcs += (before - behind) * weight * radius * 0.5;
+            arcs2 += (before * before - before * behind + behind * behind) * weight * radius * radius * (1.0 / 3.0);
+            aboves += weight * above;
+            aboves2 += weight * above * above;
+            for (place, share) in SLOPE_NODES {
+                let aside = sine(angle * place - behind) * pass.distance_m;
+                let chord = (chord_m2 - aside * aside).fast_max(steepest_m2);
+                slopes += weight * (above * above + aside * aside) / chord * share;
+            }
+        }
+        let ellipse = self.ellipse([all, radii, arcs, arcs2, aboves, aboves2], 4.0)?;
+        Some((ellipse, libm::sqrtf(2.0 * sum(slopes) * self.step.row_m / ellipse.content)))
+    }
+
+    /// The ellipse of weights and of their products with radius, arc, arc², height and height².
+    fn ellipse(&self, sums: [f32x8; 6], spread: f32) -> Option<Ellipse> {
+        let [all, radius, arc, arc2, above, above2] = sums.map(sum);
+        if all <= 0.0 {
+            return None;
+        }
+        let [radius, arc, arc2, above, above2] = [radius, arc, arc2, above, above2].map(|of| of / all);
+        let (column_m, row_m) = (self.step.column_rad * radius, self.step.row_m);
+        let half = |variance: f32, width2: f32| libm::sqrtf(spread * (variance.max(0.0) + width2));
+        Some(Ellipse {
+            content: all * row_m,
+            radius_m: radius,
+            arc_m: arc,
+            above_m: above,
+            // as wide as on the grid, where places stand at the middle of elements: there it is a sixth for both
+            half_arc_m: half(arc2 - arc * arc, column_m * column_m / 12.0),
+            half_height_m: half(above2 - above * above, row_m * row_m / 6.0),
+        })
+    }
+
+    /// Follows every row through the contact; what it loses goes to `pressed_m`, and by how much of its depth to `fall_m`.
+    fn press(&mut self, pass: &Pass, spot: &Spot, rows: impl Iterator<Item = Rows>) -> (Carried, Option<Ellipse>) {
+        let mut sums = [f32x8::ZERO; 6];
+        let [mut radial, mut along, mut up, mut deepest] = [f32x8::ZERO; 4];
+        let steepest = f32x8::splat(STEEPEST * pass.radius_m);
+        for Rows { at, above_m, chord_m2 } in rows {
+            let (before, behind) = (eight(&self.before_rad, at), eight(&self.behind_rad, at));
+            let touched = before.simd_gt(f32x8::ZERO);
+            if !touched.any() {
+                put(&mut self.pressed_m, at, f32x8::ZERO);
+                continue;
+            }
+            let above = above_m & touched;
+            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at) + eight(&self.inside_m[0], at);
+            let width = (before + behind) * (1.0 / NODES as f32);
+            let share = gives_way(width * pass.rate_per_rad);
+            let (mut radius, mut angle) = (lead, before - width * 0.5);
+            for _ in 0..NODES {
+                let sin = sine(angle);
+                let aside = sin * pass.distance_m;
+                let chord = (chord_m2 - aside * aside).fast_max(f32x8::ZERO).sqrt();
+                let depth = (radius - (cosine(angle) * pass.distance_m - chord)).fast_max(f32x8::ZERO) & touched;
+                let arc = radius * angle;
+                let (elastic, middle) = spot.elastic_m(arc, above);
+                let push = (depth - elastic).fast_max(f32x8::ZERO) * share;
+                let carried = (depth / middle).fast_min(f32x8::ONE) * (radius - depth) * width;
+                let slope = carried / chord.fast_max(steepest);
+                radial += carried - slope * aside * sin;
+                along -= carried * sin + slope * aside;
+                up -= slope * above;
+                deepest = deepest.fast_max(depth);
+                let weight = push * radius;
+                let arc_width = radius * width;
+                sums[0] += weight;
+                sums[1] += weight * radius;
+                sums[2] += weight * arc;
+                sums[3] += weight * (arc * arc + arc_width * arc_width * (1.0 / 12.0));
+                sums[4] += weight * above;
+                sums[5] += weight * above * above;
+                radius -= push;
+                angle -= width;
+            }
+            put(&mut self.pressed_m, at, (lead - radius) & touched);
+        }
+        let deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
+        let force = Vec3::new(sum(radial), sum(along), sum(up));
+        (Carried { force, deepest_m }, self.ellipse(sums, 6.0))
+    }
+
+    /// Lays the rim of all that was pressed in a turn; what rises before the tool goes to `lead_m`, both to `fall_m`.
+    ///
+    /// A turn of an element under a rim of volume V a turn raises it by `V/(π·a·b·I)·∫κ ds/(2π·r)`.
+    fn rise(
+        &mut self,
+        pass: &Pass,
+        spot: &Spot,
+        dent: &Ellipse,
+        rising: f32,
+        law: &PlasticCsem,
+        rows: impl Iterator<Item = Rows>,
+    ) {
+        let law = &law.law;
+        let scale = rising * dent.content / (PI * dent.half_height_m * area(law));
+        let (end, narrow) = (f32x8::splat(law.rim_end), 1.0 / law.rim_width);
+        for Rows { at, above_m, chord_m2 } in rows {
+            let high = (above_m - dent.above_m) * (1.0 / dent.half_height_m);
+            let high2 = high * high;
+            let outer = (end - high2).fast_max(f32x8::ZERO).sqrt();
+            if !outer.simd_gt(f32x8::ZERO).any() {
+                let [before, behind] = &mut self.inside_m;
+                for rows in [before, behind, &mut self.lead_m, &mut self.fall_m] {
+                    put(rows, at, f32x8::ZERO);
+                }
+                continue;
+            }
+            let inner = (f32x8::splat(Rim::BEGIN) - high2).fast_max(f32x8::ZERO).sqrt();
+            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at) + eight(&self.inside_m[0], at);
+            let trail = lead - eight(&self.pressed_m, at);
+            let crest = |across: f32x8, sign: f32| {
+                let q2 = across * across + high2;
+                let beyond = (q2 - 1.0) * narrow;
+                let within = ((q2 - Rim::BEGIN) * (1.0 / (1.0 - Rim::BEGIN))).fast_min(f32x8::ONE);
+                let ahead = (across * (sign * spot.slide.along) + 1.0).fast_max(f32x8::ZERO);
+                (end - q2) * within * ahead.fast_min(f32x8::splat(2.0)) / (beyond * beyond + 1.0)
+            };
+            // under the tool, where it rises the less the more it is pressed, and outside
+            let side = |sign: f32, radius: f32x8, edge_rad: f32x8| {
+                let radius = radius.fast_max(f32x8::splat(self.bounds_m.0));
+                let edge = (edge_rad * radius - dent.arc_m * sign) * (1.0 / dent.half_arc_m);
+                let edge = edge_rad.simd_gt(f32x8::ZERO).bitselect(edge, f32x8::ZERO).fast_max(inner).fast_min(outer);
+                let (mut under, mut outside) = (f32x8::ZERO, f32x8::ZERO);
+                for (place, share) in RIM_NODES {
+                    outside += crest(edge + (outer - edge) * place, sign) * share;
+                }
+                if edge.simd_gt(inner).any() {
+                    for (place, share) in RIM_NODES {
+                        let across = inner + (edge - inner) * place;
+                        let arc = across * (sign * dent.half_arc_m) + dent.arc_m;
+                        let depth = pass.depth_m(radius, arc / radius, chord_m2);
+                        let (elastic, _) = spot.elastic_m(arc, above_m);
+                        under += crest(across, sign) * (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) * share;
+                    }
+                }
+                let scale = f32x8::splat(scale) / radius;
+                [under * (edge - inner) * scale, outside * (outer - edge) * scale]
+            };
+            let [under, outside] = side(1.0, lead, eight(&self.before_rad, at));
+            put(&mut self.inside_m[0], at, under);
+            put(&mut self.lead_m, at, outside);
+            let [under, outside] = side(-1.0, trail, eight(&self.behind_rad, at));
+            put(&mut self.inside_m[1], at, under);
+            put(&mut self.fall_m, at, outside);
+        }
+    }
+
+    /// Moves the rows by the turns that the pass lasts.
+    fn settle(&mut self, pass: &Pass, rows: impl Iterator<Item = Rows>) {
+        let (low, high) = (f32x8::splat(self.bounds_m.0), f32x8::splat(self.bounds_m.1));
+        for Rows { at, .. } in rows {
+            let risen_before = eight(&self.lead_m, at);
+            let [under_before, under_behind] = self.inside_m.each_ref().map(|rows| eight(rows, at));
+            let risen = (risen_before + eight(&self.fall_m, at)) + (under_before + under_behind);
+            let fall = eight(&self.pressed_m, at) - risen;
+            let (before, behind) = (eight(&self.before_rad, at), eight(&self.behind_rad, at));
+            // what is pressed comes to rest as its depth goes: half of that change belongs to this pass
+            let slower = gives_way((before + behind) * pass.rate_per_rad) * (0.5 * pass.turns) + 1.0;
+            let radius = eight(&self.radii_m, at);
+            let moved = (radius - fall * pass.turns / slower).fast_max(low).fast_min(high);
+            let kept = moved.simd_eq(moved) & fall.simd_ne(f32x8::ZERO);
+            put(&mut self.radii_m, at, kept.bitselect(moved, radius));
+            put(&mut self.fall_m, at, fall);
+            put(&mut self.lead_m, at, fall * 0.5 + risen_before);
+        }
+    }
+}
+
+/// Force over pressure and height of a row, and the largest depth.
+struct Carried {
+    force: Vec3,
+    deepest_m: f32,
+}
+
+/// `1 − exp(−x)` for a small x, to a millionth up to 0.3.
+fn gives_way(x: f32x8) -> f32x8 {
+    x / (x * (x * (1.0 / 12.0) + 0.5) + 1.0)
+}
+
+/// Angle from a tool at `distance_m` at which it meets a row of radius r, rad; zero where it does not.
+///
+/// `1 − cosθ = (h² − (H − r)²)/(2·H·r)`, h half its chord.
+fn edge_rad(radius: f32x8, chord_m2: f32x8, distance_m: f32) -> f32x8 {
+    let apart = f32x8::splat(distance_m) - radius;
+    let over = chord_m2 - apart * apart;
+    let touched = over.simd_gt(f32x8::ZERO) & radius.simd_gt(f32x8::ZERO);
+    let versine = (over / (radius * (2.0 * distance_m))) & touched;
+    (versine * 2.0).sqrt() * (versine * (versine * (3.0 / 160.0) + 1.0 / 12.0) + 1.0)
+}
+
+fn sine(angle: f32x8) -> f32x8 {
+    let square = angle * angle;
+    angle * (square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
+}
+
+fn cosine(angle: f32x8) -> f32x8 {
+    let square = angle * angle;
+    square * (square * (square * (-1.0 / 720.0) + 1.0 / 24.0) - 0.5) + 1.0
+}
+
+fn eight(rows: &[f32], at: usize) -> f32x8 {
+    load(&rows[at..at + LANES])
+}
+
+fn put(rows: &mut [f32], at: usize, lanes: f32x8) {
+    rows[at..at + LANES].copy_from_slice(&lanes.to_array());
+}
+
+/// How far along its turn a place of the thread is, from −½ right behind the tool to ½ right before it.
+///
+/// `ahead_rad` is counted in the tool's own direction, within a turn; over the contact's half angle the step is a slope.
+pub(super) fn thread(ahead_rad: f32, half_contact_rad: f32) -> f32 {
+    let turned = ahead_rad - TAU * libm::floorf(ahead_rad / TAU);
+    let half = half_contact_rad.clamp(1e-6, 0.25 * TAU);
+    let even = 0.5 - turned / TAU;
+    if turned < half {
+        even * turned / half
+    } else if turned > TAU - half {
+        even * (TAU - turned) / half
+    } else {
+        even
+    }
+}
