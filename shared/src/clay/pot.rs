@@ -122,6 +122,11 @@ impl Pot {
         Ok(Self { spec, surfaces: alloc::vec![outer] })
     }
 
+    /// The same pot with surfaces of another grid.
+    pub(super) fn on_grid(&self, shape: GridShape, surface: impl FnMut(&Surface) -> Surface) -> Self {
+        Self { spec: PotSpec { shape, ..self.spec }, surfaces: self.surfaces.iter().map(surface).collect() }
+    }
+
     /// What it was made from.
     #[must_use]
     pub const fn spec(&self) -> &PotSpec {

@@ -215,6 +215,21 @@ impl Surface {
         (self.height_m, self.widest_m) = (from.height_m, from.widest_m);
     }
 
+    /// A skin of the same clay on another grid with radii `[columns][rows]`, m, which the bounds hold.
+    pub(super) fn with_radii(&self, shape: GridShape, radii_m: &[f32]) -> Self {
+        let elements = |shape: GridShape| f64::from(shape.columns()) * f64::from(shape.rows() - 1);
+        let mut other = Self::cylinder(shape, self.height_m, self.radius_max_m, self.bounds_m(), self.thickness_m);
+        other.widest_m = self.widest_m;
+        for (element, &radius_m) in radii_m.iter().enumerate() {
+            let (column, row) = (element / shape.rows() as usize, element % shape.rows() as usize);
+            other.set_radius(column as u32, row as u32, radius_m);
+        }
+        let first_sum_m2 = self.ledger.first_sum_m2 * elements(shape) / elements(self.shape);
+        (other.ledger.first_height_m, other.ledger.first_sum_m2) = (self.ledger.first_height_m, first_sum_m2);
+        other.ledger.stale.fill(true);
+        other
+    }
+
     /// Takes the radii as they are for those of the untouched skin, to which [`Surface::settle`] compares.
     pub fn take_as_untouched(&mut self) {
         let columns = 0..self.shape.columns();

@@ -1,0 +1,94 @@
+//! A pot that nobody touches costs nothing: no element is visited, no tile looked at, nothing sent of it.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::cell::Cell;
+
+use glam::Vec3;
+use pottery_shared::clay::{Contact, Footprint, Material, Method, MethodKind, Pot, PotSpec, Press, SubStep, Surface};
+use pottery_shared::protocol::{self, FrameReader, Pulse};
+use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
+use pottery_shared::session::Client;
+use pottery_shared::snapshot::{Author, Touched, Version};
+use pottery_shared::tool::Sphere;
+use pottery_shared::units::{Rpm, Tick};
+
+/// The studio's own method, and how often it was asked.
+struct Counted<'a>(&'a Cell<u32>);
+
+impl Method for Counted<'_> {
+    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+        self.0.set(self.0.get() + 1);
+        MethodKind::Plastic.press(surface, press, footprint)
+    }
+}
+
+/// A thousand steps of a pot under the same presses, and its snapshots: how often the method was asked.
+fn asked_in_a_second(presses: &[Press]) -> u32 {
+    let mut pot = Pot::new(PotSpec::default()).unwrap();
+    let mut author = Author::new(&mut pot);
+    let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
+    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let (before, asked) = (pot.digest(), Cell::new(0));
+    for step in 0..1000 {
+        let contacts = substep.advance(&mut pot, presses, Counted(&asked), |surface, window| {
+            touched.add_window(surface, window);
+        });
+        assert!(contacts.iter().all(|contact| contact.elements == 0), "{contacts:?}");
+        assert!(touched.is_empty(), "a window was touched at step {step}");
+        if step % 17 == 0 {
+            assert!(author.publish(&mut pot, &mut touched).is_none(), "a delta at step {step}");
+        }
+    }
+    assert_eq!((author.latest(), pot.digest()), (Version(0), before));
+    asked.get()
+}
+
+#[test]
+fn step_without_a_tool_asks_no_method() {
+    assert_eq!(asked_in_a_second(&[]), 0);
+}
+
+#[test]
+fn tool_in_the_air_touches_no_element() {
+    let tool = Sphere::default();
+    let beside = Press::held(tool, Vec3::new(0.06 + tool.radius().0 + 0.001, 0.0, 0.1));
+    let above = Press::held(tool, Vec3::new(0.06, 0.0, 0.2 + tool.radius().0 + 0.001));
+    assert_eq!(asked_in_a_second(&[beside, above]), 2000);
+}
+
+/// Somebody sits at a turning wheel and does nothing: pulses go on, and nothing of the clay is in them.
+#[test]
+fn room_sends_nothing_of_a_pot_that_nobody_touches() {
+    let mut room = Room::new(RoomConfig {
+        code: "CLAY".into(),
+        wheels: 1,
+        people_max: 8,
+        pot: PotSpec::default(),
+        method: MethodKind::Plastic,
+        wheel_speed: Rpm(60.0),
+        clay: Material::default(),
+    })
+    .unwrap();
+    let mut reader = FrameReader::default();
+    reader.push(&Client::greeting("CLAY", 1));
+    room.handle_control(PeerId(0), &reader.next_frame().unwrap().unwrap());
+    let before = room.digest(0).unwrap();
+    let mut pulses = 0;
+    for tick in 0..1000 {
+        room.advance(Tick(tick));
+        while let Some(transmit) = room.poll_transmit() {
+            match transmit.lane {
+                Lane::Datagram(bytes) => {
+                    let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+                    assert_eq!((pulse.body.latest, pulse.body.fragments.len()), (0, 0), "tick {tick}");
+                    pulses += 1;
+                }
+                Lane::Keyframe(_) => unreachable!("a keyframe at tick {tick} that nobody asked for"),
+                Lane::Control(_) | Lane::Close => {}
+            }
+        }
+    }
+    assert!((58..=62).contains(&pulses), "{pulses} pulses in a second");
+    assert_eq!(room.digest(0), Some(before));
+}
