@@ -283,6 +283,30 @@ fn the_picture_follows_an_upload_of_the_changed_window() {
 }
 
 #[test]
+fn a_pot_that_grew_is_drawn_as_if_anew() {
+    let gpu = gpu();
+    let mut pot = Pot::new(PotSpec::default()).unwrap();
+    let mut renderer = PotRenderer::new(&gpu, wgpu::TextureFormat::Rgba8UnormSrgb, 1, &pot);
+    let scene = Scene::default();
+    let untouched = drawn(&mut renderer, &scene);
+    let waist = Window { first_column: 0, columns: 360, first_row: 100, rows: 200 };
+    for column in waist.grid_columns(GridShape::PAPER) {
+        for row in 100..300 {
+            pot.surfaces_mut()[0].set_radius(column, row, 0.054);
+        }
+    }
+    let height_m = pot.surfaces()[0].height_m();
+    pot.settle(std::iter::once((0, waist)));
+    // half of the pot encloses 0.9² of what it did
+    assert!(pot.surfaces()[0].height_m() > 1.09 * height_m);
+    renderer.upload(&pot, 0, waist);
+    let grown = drawn(&mut renderer, &scene);
+    assert!(mean_difference(&untouched, &grown) > 0.5);
+    let anew = drawn(&mut PotRenderer::new(&gpu, wgpu::TextureFormat::Rgba8UnormSrgb, 1, &pot), &scene);
+    assert!(grown == anew, "height or light of the lower pot were left behind");
+}
+
+#[test]
 fn the_wheel_head_is_seen_turning() {
     let gpu = gpu();
     let mut renderer =

@@ -63,7 +63,7 @@ impl GridTextures {
         let uniform_buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("relief source"),
             contents: bytemuck::bytes_of(&uniform),
-            usage: wgpu::BufferUsages::UNIFORM,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         });
         let filter = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("relief filter"),
