@@ -3,11 +3,12 @@
 //! Owns the scenario and what is measured of it; the law of the clay is the method's.
 //! Invariant: the tool stands exactly at its depth when the dent is measured.
 
+use std::cell::Cell;
 use std::time::Instant;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Contact, GridShape, Material, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep, Window,
+    Contact, GridShape, Material, Method, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep, Window,
 };
 use pottery_shared::tool::{Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
@@ -152,6 +153,22 @@ impl Dent {
         ))
     }
 
+    /// The same with any method, unmeasured: the pot with the tool still in it.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn press_with(&self, method: impl Method + Copy, steps_in: u32) -> Result<Pressing, DentError> {
+        if steps_in == 0 {
+            return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
+        }
+        let mut pressing = Pressing::new(*self, Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32))?;
+        for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
+            let share = (number as f32 / steps_in as f32).min(1.0);
+            pressing.step_with(method, 0.0, self.depth.0 * share, 0.5 * self.pot.height.0, 0);
+        }
+        Ok(pressing)
+    }
+
     fn measure(&self, pot: &Pot, at: Vec3, tool: Sphere, force_n: f32, step_ns: f64) -> Dented {
         let surface = &pot.surfaces()[pot.skins()[0].surface];
         let shape = surface.shape();
@@ -224,15 +241,66 @@ impl Pressing {
         turning: i8,
         touched: impl FnMut(usize, Window),
     ) -> f32 {
-        let distance = self.dent.pot.radius.0 + self.tool.radius().0 - depth_m;
-        let at = Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m);
-        let Dent { method, strength, .. } = self.dent;
+        let at = self.place(angle_rad, depth_m, z_m);
+        let method = self.dent.method;
         // the published methods know where a tool is, and of no way there
         let from_m = self.at.replace(at).filter(|_| method == MethodKind::Plastic);
-        let press =
-            Press { turning, response: self.response, strength, from_m, dt: self.step, ..Press::held(self.tool, at) };
+        self.advance(method, at, from_m, turning, touched)
+    }
+
+    /// The same with any method, which is told where the tool came from.
+    pub fn step_with(&mut self, method: impl Method, angle_rad: f32, depth_m: f32, z_m: f32, turning: i8) -> f32 {
+        let at = self.place(angle_rad, depth_m, z_m);
+        let from_m = self.at.replace(at);
+        self.advance(method, at, from_m, turning, |_, _| {})
+    }
+
+    fn place(&self, angle_rad: f32, depth_m: f32, z_m: f32) -> Vec3 {
+        let distance = self.dent.pot.radius.0 + self.tool.radius().0 - depth_m;
+        Vec3::new(distance * angle_rad.cos(), distance * angle_rad.sin(), z_m)
+    }
+
+    fn advance(
+        &mut self,
+        method: impl Method,
+        at: Vec3,
+        from_m: Option<Vec3>,
+        turning: i8,
+        touched: impl FnMut(usize, Window),
+    ) -> f32 {
+        let (response, strength) = (self.response, self.dent.strength);
+        let press = Press { turning, response, strength, from_m, dt: self.step, ..Press::held(self.tool, at) };
         self.contact = self.substep.advance(&mut self.pot, &[press], method, touched)[0];
         self.contact.force_n.dot(at.with_z(0.0).normalize())
+    }
+
+    /// Takes the tool away: wherever it comes back, it has not been drawn there.
+    pub const fn lift(&mut self) {
+        self.at = None;
+    }
+
+    /// Displacement of the outer surface at any angle and height, mm (bilinear): what stays, or with the tool in and the
+    /// clay round it sunk. Elements are looked at when they are first asked for.
+    pub fn radial_mm(&self, release: bool) -> impl Fn(f64, f64) -> f64 {
+        let surface = &self.pot.surfaces()[self.pot.skins()[0].surface];
+        let shape = surface.shape();
+        let seen_m = move |column: u32, row: usize| {
+            let stays_m = surface.column_m(column)[row];
+            let Some(at) = self.at.filter(|_| !release) else { return stays_m };
+            let (angle, z_m) = (column as f32 * shape.column_angle_rad(), surface.row_z_m(row as u32));
+            let sunk_m = self.contact.sink.map_or(0.0, |sink| sink.depth_at_m(angle, z_m));
+            (stays_m - sunk_m).min(near_side_m(at, self.tool, angle, z_m))
+        };
+        let known = vec![Cell::new(f64::NAN); shape.elements()];
+        move |angle_rad, z_mm| {
+            bilinear(shape, f64::from(surface.row_height_m()) * 1e3, angle_rad, z_mm, |column, row| {
+                let known = &known[column as usize * shape.rows() as usize + row];
+                if known.get().is_nan() {
+                    known.set(f64::from(seen_m(column, row) - self.dent.pot.radius.0) * 1e3);
+                }
+                known.get()
+            })
+        }
     }
 
     /// What the last step met.
@@ -261,21 +329,25 @@ fn near_side_m(at: Vec3, tool: Sphere, angle: f32, z_m: f32) -> f32 {
     if rest > 0.0 && along > 0.0 { along - rest.sqrt() } else { f32::INFINITY }
 }
 
+/// Value at an angle and a height between the four elements round it.
+fn bilinear(shape: GridShape, row_height_mm: f64, angle_rad: f64, z_mm: f64, at: impl Fn(u32, usize) -> f64) -> f64 {
+    let column = angle_rad / f64::from(shape.column_angle_rad());
+    let row = (z_mm / row_height_mm).clamp(0.0, f64::from(shape.rows() - 2));
+    let (left, across) = (column.floor(), column - column.floor());
+    let (low, up) = (row.floor() as usize, row - row.floor());
+    let [left, right] = [left, left + 1.0].map(|column| shape.wrap(column as i64));
+    let below = at(left, low) * (1.0 - across) + at(right, low) * across;
+    let above = at(left, low + 1) * (1.0 - across) + at(right, low + 1) * across;
+    below * (1.0 - up) + above * up
+}
+
 impl Dented {
     /// Displacement at an angle and a height, mm (bilinear).
     #[must_use]
     pub fn radial_mm_at(&self, angle_rad: f64, z_mm: f64) -> f64 {
-        let column = angle_rad / f64::from(self.shape.column_angle_rad());
-        let row = (z_mm / f64::from(self.row_height_mm)).clamp(0.0, f64::from(self.shape.rows() - 2));
-        let (left, across) = (column.floor(), column - column.floor());
-        let (low, up) = (row.floor() as usize, row - row.floor());
-        let at = |column: f64, row: usize| {
-            let column = self.shape.wrap(column as i64) as usize;
-            f64::from(self.radial_mm[column * self.shape.rows() as usize + row])
-        };
-        let below = at(left, low) * (1.0 - across) + at(left + 1.0, low) * across;
-        let above = at(left, low + 1) * (1.0 - across) + at(left + 1.0, low + 1) * across;
-        below * (1.0 - up) + above * up
+        bilinear(self.shape, self.row_height_mm.into(), angle_rad, z_mm, |column, row| {
+            f64::from(self.radial_mm[column as usize * self.shape.rows() as usize + row])
+        })
     }
 
     /// Root mean square of the difference to a reference over 15 mm of arc and height to all sides, on a raster of

@@ -9,6 +9,7 @@ pub mod chart;
 pub mod dent;
 pub mod dice;
 pub mod failures;
+pub mod fit;
 pub mod line;
 pub mod network;
 pub mod proxy;

@@ -83,6 +83,17 @@ impl Profile {
         })
     }
 
+    /// Points of the mesh line across the surface that began nearest to an angle, upwards: height now and radial
+    /// displacement, mm. For a groove drawn so far that it is the same all along, in which points have moved too far for
+    /// [`Self::radial_mm`].
+    #[must_use]
+    pub fn across_mm(&self, angle_rad: f64) -> Vec<[f64; 2]> {
+        let (below, share) = between(&self.angles, angle_rad);
+        let line = below + usize::from(share > 0.5);
+        let points = &self.points[line * self.heights.len()..][..self.heights.len()];
+        self.heights.iter().zip(points).map(|(z_mm, moved)| [z_mm + moved[1], moved[2]]).collect()
+    }
+
     /// Radial displacement of the surface where it lies now, mm; negative is inwards.
     #[must_use]
     pub fn radial_mm(&self, angle_rad: f64, z_mm: f64) -> f64 {

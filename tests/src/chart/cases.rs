@@ -55,6 +55,21 @@ pub struct Scene {
 /// The scene of the first reference.
 pub const BASE: Scene = Scene { name: "base", pot_mm: [60.0, 8.0], tool_mm: 12.0, youngs_mpa: 2.0, yield_kpa: 40.0 };
 
+impl Scene {
+    /// A press of it to a depth.
+    #[must_use]
+    pub fn dent(&self, grid: GridShape, depth_mm: f32, release: bool) -> Dent {
+        let Self { pot_mm: [radius_mm, wall_mm], tool_mm, youngs_mpa, yield_kpa, .. } = *self;
+        let base = reference_dent(grid, depth_mm, release);
+        Dent {
+            pot: PotSpec { radius: Metres::from_mm(radius_mm), wall: Metres::from_mm(wall_mm), ..base.pot },
+            strength: Strength { youngs_pa: youngs_mpa * 1e6, yield_pa: yield_kpa * 1e3 },
+            tool: Metres::from_mm(tool_mm),
+            ..base
+        }
+    }
+}
+
 /// One dent of the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
@@ -123,14 +138,7 @@ impl Case {
     /// The press that it stands for.
     #[must_use]
     pub fn dent(&self, grid: GridShape) -> Dent {
-        let Scene { pot_mm: [radius_mm, wall_mm], tool_mm, youngs_mpa, yield_kpa, .. } = self.scene;
-        let base = reference_dent(grid, self.depth_mm as f32, self.release);
-        Dent {
-            pot: PotSpec { radius: Metres::from_mm(radius_mm), wall: Metres::from_mm(wall_mm), ..base.pot },
-            strength: Strength { youngs_pa: youngs_mpa * 1e6, yield_pa: yield_kpa * 1e3 },
-            tool: Metres::from_mm(tool_mm),
-            ..base
-        }
+        self.scene.dent(grid, self.depth_mm as f32, self.release)
     }
 
     /// Whether it is one of the four by which methods are compared: the base scene with its wall backed.

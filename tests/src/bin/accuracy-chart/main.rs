@@ -7,6 +7,7 @@ mod chart;
 mod dent;
 mod failures;
 mod finite_elements;
+mod fit;
 
 use std::process::ExitCode;
 
@@ -21,7 +22,9 @@ Examples:
   accuracy-chart dent --method improved --rpm 60 --feed-mm-per-rev 3 --turns 2 --out groove.csv
       the same after two turns of the wheel
   accuracy-chart failures --out failures
-      which method kicks, sinks, loses clay or breaks, and by how much";
+      which method kicks, sinks, loses clay or breaks, and by how much
+  accuracy-chart fit
+      where the constants of the studio's own clay come from, and how near they bring it";
 
 /// Holds every method of deforming clay, and some yardsticks, against finite-element dents: how long a step takes, and
 /// how far the dent, the force and the volume are from the reference.
@@ -46,6 +49,8 @@ enum Command {
     Failures(failures::FailuresFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
     FiniteElements(finite_elements::FiniteElementsFlags),
+    /// Fit the studio's own clay to the finite-element dents again, and print the constants beside those in use
+    Fit(fit::FitFlags),
 }
 
 fn main() -> ExitCode {
@@ -58,6 +63,7 @@ fn main() -> ExitCode {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
         (Some(Command::Failures(flags)), _) => failures::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
+        (Some(Command::Fit(flags)), _) => fit::run(&flags),
         (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),
         (None, None) => Err("say where the files shall go, with --out DIR (see --help)".into()),
     };
