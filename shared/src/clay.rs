@@ -7,6 +7,7 @@ mod conditions;
 mod contact;
 mod digest;
 mod ellipse;
+mod faceted;
 mod grid;
 mod improved;
 mod lathe;

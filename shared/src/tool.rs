@@ -75,6 +75,53 @@ impl Default for Sphere {
     }
 }
 
+/// Which convex tool: its place in a rack, counted from 0. The first four hang on every wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape(pub u8);
+
+impl Shape {
+    /// [`rack::rib`].
+    pub const RIB: Self = Self(0);
+    /// [`rack::blade`].
+    pub const BLADE: Self = Self(1);
+    /// [`rack::knuckle`].
+    pub const KNUCKLE: Self = Self(2);
+    /// [`rack::loop_end`].
+    pub const LOOP: Self = Self(3);
+}
+
+/// What is pressed into the clay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tool {
+    /// A sphere, alike from all sides.
+    Sphere(Sphere),
+    /// A convex tool, which has an orientation.
+    Convex(Shape),
+}
+
+impl Tool {
+    /// The sphere, if it is one.
+    #[must_use]
+    pub const fn sphere(self) -> Option<Sphere> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere),
+            Self::Convex(_) => None,
+        }
+    }
+}
+
+impl Default for Tool {
+    fn default() -> Self {
+        Self::Sphere(Sphere::default())
+    }
+}
+
+impl From<Sphere> for Tool {
+    fn from(sphere: Sphere) -> Self {
+        Self::Sphere(sphere)
+    }
+}
+
 /// On which side of the wall a tool works.
 ///
 /// It follows from where the tool came, over the rim or not, and never from where it is: a hand that pushes deep does not

@@ -1,12 +1,15 @@
-//! Time in which a convex tool is cut by the lattice, beside the sphere's closed form.
+//! Time in which a convex tool is cut by the lattice, beside the sphere's closed form, and of whole steps of the clay with
+//! one, beside those with a sphere that touches as many elements.
 //!
 //! Measures, asserts nothing. Run it with `cargo bench -p pottery-tests --bench polygon`.
 
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{Quat, Vec2, Vec3};
-use pottery_shared::tool::{ConvexError, ConvexTool, Lattice, Pose, Sections, Sides, rack};
+use pottery_shared::clay::{MethodKind, Pot, PotSpec, Press, SubStep};
+use pottery_shared::tool::{ConvexError, ConvexTool, Lattice, Pose, Sections, Shape, Sides, Sphere, Tool, rack};
 use pottery_shared::units::Metres;
 
 const COLUMNS: usize = 360;
@@ -39,7 +42,70 @@ fn main() -> Result<(), ConvexError> {
             run(name, &tool, orientation, &lattice, elements);
         }
     }
+    println!(
+        "\nmethod   tool     elements step_ns_p50 step_ns_p99 sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
+    );
+    let tools: Arc<[ConvexTool]> = [rack::rib()?, rack::knuckle()?, ball(3)?, ball(4)?].into();
+    for method in [MethodKind::Original, MethodKind::Plastic] {
+        for (number, name) in ["rib", "knuckle", "ball(3)", "ball(4)"].into_iter().enumerate() {
+            for wanted in [300, 1000] {
+                steps(method, name, (&tools, number), wanted);
+            }
+        }
+    }
     Ok(())
+}
+
+/// Whole steps with a tool of facets and with a sphere in turn, each on its own pot that turns under it.
+fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, usize), wanted: u32) {
+    let mut pots = [0, 1].map(|_| Pot::new(PotSpec::default()).expect("the default pot can be made"));
+    let shape = pots[0].spec().shape;
+    let mut substep = SubStep::with_rack(shape, Arc::clone(tools));
+    let facets = Tool::Convex(Shape(number as u8));
+    let sphere = Tool::Sphere(Sphere::default());
+    // a rib presses with its straight edge upright, a hair tilted
+    let tilted = Quat::from_xyzw(0.02, 0.03, -0.7, 0.7);
+    let held = |tool: Tool, step: usize, distance_m: f32| {
+        let pose = pose(step, distance_m, tilted);
+        Press { orientation: pose.orientation, turning: 1, response: 0.0, ..Press::held(tool, pose.centre_m) }
+    };
+    let mut distance_m = |tool: Tool| {
+        let (mut near_m, mut far_m) = (0.03, CLAY_M + 0.1);
+        for _ in 0..25 {
+            let middle_m = (near_m + far_m) / 2.0;
+            let contact = substep.advance(&mut pots[0], &[held(tool, 0, middle_m)], method, |_, _| {})[0];
+            if contact.elements > wanted { near_m = middle_m } else { far_m = middle_m }
+        }
+        near_m
+    };
+    let presses = [facets, sphere].map(|tool| (tool, distance_m(tool)));
+    let mut times_ns = [Vec::with_capacity(PRESSES), Vec::with_capacity(PRESSES)];
+    let mut elements = [0; 2];
+    for step in 0..PRESSES {
+        for (which, (tool, distance_m)) in presses.into_iter().enumerate() {
+            // so soft an answer that as many elements are touched in the end
+            let press = Press { response: 1e-4, ..held(tool, step, distance_m) };
+            let begin = Instant::now();
+            let contact = substep.advance(&mut pots[which], &[press], method, |_, _| {})[0];
+            times_ns[which].push(begin.elapsed().as_nanos());
+            elements[which] = black_box(contact.elements);
+        }
+    }
+    let [own, sphere] = times_ns.map(|mut times| {
+        times.sort_unstable();
+        [times[PRESSES / 2], times[PRESSES * 99 / 100]]
+    });
+    println!(
+        "{:<8} {name:<8} {:>8} {:>11} {:>11} {:>15} {:>13} {:>13} {:>9.2}",
+        format!("{method:?}"),
+        elements[0],
+        own[0],
+        own[1],
+        elements[1],
+        sphere[0],
+        sphere[1],
+        own[0] as f64 / sphere[0] as f64,
+    );
 }
 
 /// The tool at a distance from the axis, as the wheel turns under it.

@@ -57,7 +57,7 @@ fn depth_after(total_ms: f32, dt_ms: f32) -> (f64, f64) {
     let z_m = pot.surfaces()[0].row_z_m(row);
     let press = press(12.0, 3.0, 0.0, z_m, Seconds(dt_ms * 1e-3));
     let before = pot.surfaces()[0].column_m(0)[row as usize];
-    let first = before - (press.centre_m.x - press.tool.radius().0);
+    let first = before - (press.centre_m.x - press.tool.sphere().unwrap().radius().0);
     hold(&mut pot, press, (total_ms / dt_ms) as usize, MethodKind::Original);
     (f64::from(before - pot.surfaces()[0].column_m(0)[row as usize]), f64::from(first))
 }

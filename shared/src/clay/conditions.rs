@@ -3,6 +3,8 @@
 //! The one conversion from the room to the pot, for server, prediction and haptics alike.
 //! Invariant: the same sample under the same conditions is the same press, bit for bit.
 
+use glam::Quat;
+
 use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
 use crate::tool::ToolSample;
 use crate::units::{Seconds, Tick};
@@ -27,7 +29,8 @@ impl Conditions {
         let ticks = before.map_or(1, |before| sample.tick.since(before.tick));
         let material = self.material.at(sample.tick);
         Press {
-            tool: sample.tool,
+            tool: sample.tool.into(),
+            orientation: Quat::IDENTITY,
             centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
             from_m: before.map(|before| self.phase(before.tick).pot_from_room(before.centre.point_m())),
             dt: Seconds(Tick::PERIOD.0 * ticks as f32),

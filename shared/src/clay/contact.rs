@@ -9,8 +9,9 @@ use alloc::vec::Vec;
 use glam::Vec3;
 use wide::f32x8;
 
+use super::faceted::Cutter;
 use super::{Press, Surface, Window};
-use crate::tool::Side;
+use crate::tool::{Side, Tool};
 
 /// Elements worked on at once. The lanes are written out, so that their sums are the same whatever the machine offers.
 pub(super) const LANES: usize = 8;
@@ -31,7 +32,7 @@ pub(super) struct Chunk {
     pub(super) aside_m: f32,
     /// Depth p of the tool in the clay, m; zero where it does not touch.
     pub(super) penetration_m: f32x8,
-    /// Half the length of the ray within the sphere, m; zero where it does not touch.
+    /// Half the length of the ray within the sphere, m; zero where it does not touch, and for a tool of facets.
     pub(super) half_chord_m: f32x8,
     /// Radius r of the elements, m.
     pub(super) radius_m: f32x8,
@@ -58,8 +59,12 @@ pub(super) struct Contacts {
     pub(super) window: Window,
     /// Largest penetration, m.
     pub(super) deepest_m: f32,
+    /// How far the tool reaches from its centre, m.
+    pub(super) tool_m: f32,
+    /// Which way the clay pushes, chunk by chunk, along the ray, across it and up; none for a sphere.
+    pub(super) facing: Vec<[f32x8; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
-    above_m: Vec<f32x8>,
+    pub(super) above_m: Vec<f32x8>,
 }
 
 impl Contacts {
@@ -68,26 +73,39 @@ impl Contacts {
         Self {
             chunks: Vec::with_capacity(elements / LANES + 1),
             above_m: Vec::with_capacity(elements / LANES + 1),
+            facing: Vec::with_capacity(elements / LANES + 1),
             ..Self::default()
         }
     }
 
-    /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii.
-    ///
-    /// With the tool (radius R) at H and an element (r, θ, z), `b = H·(cosθ, sinθ)`, `a` the tool's distance from the ray's
-    /// plane, `h = √(R² − a² − (z − H_z)²)` half the ray's length in the sphere: the ray meets the sphere at `s₁,₂ = b ∓ h`.
-    /// From outside the penetration is `p = r − s₁`, at most r; from inside `p = s₂ − r`.
-    pub(super) fn gather(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
-        let reach = Reach::of(surface, press);
+    /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
+    /// `cutter`'s does.
+    pub(super) fn gather(&mut self, surface: &Surface, press: &Press, behind_m: f32, cutter: Option<&mut Cutter>) {
         self.chunks.clear();
         self.above_m.clear();
-        (self.elements, self.deepest_m) = (0, 0.0);
+        self.facing.clear();
+        (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
+        match (press.tool, cutter) {
+            (Tool::Sphere(sphere), _) => {
+                self.tool_m = sphere.radius().0;
+                self.gather_sphere(surface, press, behind_m);
+            }
+            (Tool::Convex(shape), Some(cutter)) => self.gather_facets(surface, press, shape, behind_m, cutter),
+            (Tool::Convex(_), None) => {}
+        }
+    }
+
+    /// With a sphere (radius R) at H and an element (r, θ, z), `b = H·(cosθ, sinθ)`, `a` the tool's distance from the ray's
+    /// plane, `h = √(R² − a² − (z − H_z)²)` half the ray's length in the sphere: the ray meets the sphere at `s₁,₂ = b ∓ h`.
+    /// From outside the penetration is `p = r − s₁`, at most r; from inside `p = s₂ − r`.
+    fn gather_sphere(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
+        let reach = Reach::of(surface, press.centre_m, self.tool_m);
         (self.distance_m, self.angle_rad, self.window) = (reach.distance_m, reach.angle_rad, reach.window);
         let window = reach.window;
         if window.is_empty() {
             return;
         }
-        let (centre, radius_m) = (press.centre_m, press.tool.radius().0);
+        let (centre, radius_m) = (press.centre_m, self.tool_m);
         self.fill_heights(surface, centre.z);
         let mut deepest = f32x8::ZERO;
         let half_columns = (window.columns / 2) as i32;
@@ -113,8 +131,8 @@ impl Contacts {
     /// Finds the element nearest to a tool that is smaller than an element and presses between the middles of all: it is
     /// touched by as much as the tool reaches beyond its radius.
     pub(super) fn gather_nearest(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
-        let reach = Reach::of(surface, press);
-        let tool_m = press.tool.radius().0;
+        let tool_m = self.tool_m;
+        let reach = Reach::of(surface, press.centre_m, tool_m);
         let column_rad = surface.shape().column_angle_rad();
         if tool_m > surface.row_height_m().max(column_rad * reach.distance_m) {
             return;
@@ -157,7 +175,7 @@ impl Contacts {
         });
     }
 
-    fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
+    pub(super) fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
         let row_height_m = surface.row_height_m();
         let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         for row in (self.window.first_row..self.window.end_row()).step_by(LANES) {
@@ -265,10 +283,8 @@ impl Reach {
     /// the tool is near the axis.)
     ///
     /// The window is empty when the tool stands at no finite distance: comparisons with NaN would let every element pass.
-    fn of(surface: &Surface, press: &Press) -> Self {
+    fn of(surface: &Surface, centre: Vec3, radius: f32) -> Self {
         let shape = surface.shape();
-        let centre = press.centre_m;
-        let radius = press.tool.radius().0;
         let distance_m = libm::sqrtf(centre.x * centre.x + centre.y * centre.y);
         let angle_rad = libm::atan2f(centre.y, centre.x);
         let first_row = libm::ceilf((centre.z - radius) / surface.row_height_m());
@@ -304,7 +320,7 @@ pub(super) fn sum(lanes: f32x8) -> f32 {
 }
 
 /// The same angle within half a turn of zero.
-fn nearest_turn(angle_rad: f32) -> f32 {
+pub(super) fn nearest_turn(angle_rad: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     match angle_rad {
         beyond if beyond > PI => beyond - TAU,

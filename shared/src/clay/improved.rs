@@ -40,7 +40,8 @@ impl Method for ImprovedCsem {
         let shape = surface.shape();
         let halo_rows = (reach_m() / surface.row_height_m()) as u32;
         let smallest_arc = shape.column_angle_rad() * surface.bounds_m().0;
-        let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - press.tool.radius().0) * 0.5;
+        let tool_m = footprint.scratch.reach_m(press.tool);
+        let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - tool_m) * 0.5;
         let halo_arc = (shape.column_angle_rad() * nearest).max(smallest_arc);
         let halo_columns = ((reach_m() / halo_arc) as u32).min(shape.columns() / 2);
         let contact = original::touch(surface, press, (halo_columns, halo_rows), footprint);

@@ -69,7 +69,7 @@ impl Default for ErrorBound {
 /// left above it. It is also chosen only where the pot under the tool is round, apart from the thread that the tool is
 /// cutting: the rest has an RMS below half of the bound times δ.
 ///
-/// Works outside of the wall, with one tool, in the law of [`PlasticCsem`].
+/// Works outside of the wall, with one sphere, in the law of [`PlasticCsem`].
 #[derive(Clone, Debug)]
 pub struct Lathe {
     bound: ErrorBound,
@@ -167,7 +167,7 @@ impl Lathe {
 
     /// Estimated error over the depth, for a tool that goes on as it did in the last turn, beside clay that is `widest_m` wide.
     ///
-    /// Infinite where the profile does not apply: inside of the wall, in the air, near the axis, before a whole turn is known,
+    /// Infinite where the profile does not apply: for a tool of facets, inside of the wall, in the air, near the axis, before a whole turn is known,
     /// or when the wheel turns so slowly that most of a dent is made in one pass.
     #[must_use]
     pub fn error_estimate(&self, press: &Press, widest_m: f32) -> f32 {
@@ -176,7 +176,7 @@ impl Lathe {
 
     /// Error for each square metre of pitch, and for each metre of change.
     fn costs(&self, press: &Press, widest_m: f32) -> Option<[f32; 2]> {
-        let (radius_m, distance_m) = (press.tool.radius().0, self.path.at_m[1]);
+        let (radius_m, distance_m) = (press.tool.sphere()?.radius().0, self.path.at_m[1]);
         let depth_m = (widest_m - distance_m + radius_m).min(radius_m);
         if press.side == Side::Inside || depth_m <= 0.0 || distance_m < Self::DISTANCE_MIN * radius_m {
             return None;
@@ -196,7 +196,7 @@ impl Lathe {
     /// Whether the profile in force has to be left: the error is estimated above the bound, or the tool is in the air.
     #[must_use]
     pub fn must_leave(&self, press: &Press) -> bool {
-        let touches = self.path.at_m[1] - press.tool.radius().0 < self.widest_m;
+        let touches = press.tool.sphere().is_some_and(|it| self.path.at_m[1] - it.radius().0 < self.widest_m);
         // written so that what is not a number leaves
         let holds = touches && press.side == Side::Outside && self.path.error(self.costs) <= self.bound.0;
         !holds
@@ -282,7 +282,7 @@ impl Lathe {
 
     /// Rows beside a tool.
     fn beside(&self, surface: &Surface, press: &Press) -> (usize, usize) {
-        let radius_m = press.tool.radius().0;
+        let radius_m = radius_m(press);
         let row =
             |z_m: f32| ((z_m / surface.row_height_m()).max(0.0) as usize).min(surface.shape().rows() as usize - 1);
         (row(press.centre_m.z - radius_m), row(press.centre_m.z + radius_m) + 1)
@@ -290,7 +290,7 @@ impl Lathe {
 
     /// Takes the rows that the tool reaches from the grid, as far as they are not yet; false when they are not round.
     fn take_in_reach(&mut self, surface: &Surface, press: &Press) -> bool {
-        let (first, end) = self.profile.reach(press.tool.radius().0, press.centre_m.z);
+        let (first, end) = self.profile.reach(radius_m(press), press.centre_m.z);
         let (low, high) = self.rows;
         let fresh = if low < high { [(first, low.min(end)), (high.max(first), end)] } else { [(first, end), (0, 0)] };
         if low < high && (first > high || end < low) {
@@ -309,7 +309,7 @@ impl Lathe {
     }
 
     fn take_rows(&mut self, surface: &Surface, press: &Press, from: usize, to: usize) -> bool {
-        let radius_m = press.tool.radius().0;
+        let radius_m = radius_m(press);
         let depth_m = (self.widest_m - self.path.at_m[1] + radius_m).clamp(0.0, radius_m);
         let contact_rad = libm::sqrtf(2.0 * radius_m * depth_m - depth_m * depth_m) / self.widest_m;
         self.fill_threads(surface, contact_rad);
@@ -353,7 +353,7 @@ impl Lathe {
         }
         let ticks = pending.ticks as f32;
         let pass = Pass {
-            radius_m: like.tool.radius().0,
+            radius_m: radius_m(&like),
             distance_m: pending.distance_m / ticks,
             z_m: pending.z_m / ticks,
             strength: like.strength,
@@ -368,6 +368,11 @@ impl Lathe {
         self.contact.force_n.x = force.x * cos - along * sin;
         self.contact.force_n.y = force.x * sin + along * cos;
     }
+}
+
+/// Radius of the tool, m; a tool of facets never comes here.
+fn radius_m(press: &Press) -> f32 {
+    press.tool.sphere().map_or(0.0, |sphere| sphere.radius().0)
 }
 
 /// Ticks of a tool that the profile has not seen yet.

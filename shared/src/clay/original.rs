@@ -32,6 +32,8 @@ const ROTATION_STIFFNESS: f32 = 0.35;
 /// - the pot is the surface alone, without thickness, so that a tool inside presses the same elements;
 /// - on which side a tool is, is its own affair ([`Side`]): it came over the rim or not;
 /// - columns are sought within asin(R/d) instead of R/d, which leaves out grazed ones near the axis;
+/// - a tool of facets has no middle from which a line could be seen: all its elements are in point contact, along the normal
+///   of the facet;
 /// - odd rows are not shifted by half an element, as in the later paper, where elements are evenly separated;
 /// - the low-pass of 10 Hz on the force belongs to that system's loop and not to its clay.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +50,7 @@ impl Method for OriginalCsem {
 /// The footprint is laid over the touched window grown by `margin` columns and rows; empty when nothing is touched.
 pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footprint: &mut Footprint) -> Contact {
     let mut contacts = core::mem::take(&mut footprint.scratch.contacts);
-    contacts.gather(surface, press, 0.0);
+    contacts.gather(surface, press, 0.0, footprint.scratch.cutter.as_deref_mut());
     let window = if contacts.elements == 0 { super::Window::default() } else { contacts.window };
     let shape = surface.shape();
     footprint.reset(window.grown(shape, margin.0, margin.1).aligned(shape, LANES as u32));
@@ -57,8 +59,12 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
         Side::Outside => -press.response,
         Side::Inside => press.response,
     };
-    for chunk in &contacts.chunks {
+    for (number, chunk) in contacts.chunks.iter().enumerate() {
         footprint.write(shape, chunk, chunk.penetration_m * response);
+        if let Some(facing) = contacts.facing.get(number) {
+            sums.add_facing(chunk, facing);
+            continue;
+        }
         let touched = chunk.touched();
         let (point, met_m) = match press.side {
             Side::Outside => (
@@ -78,7 +84,7 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
             sums.add(Kind::Line, chunk, f32x8::ZERO, f32x8::ONE & line);
             let above = chunk.above_m & line;
             let away = (above * above + chunk.aside_m * chunk.aside_m).sqrt();
-            let depth = (f32x8::splat(press.tool.radius().0) - away) & line;
+            let depth = (f32x8::splat(contacts.tool_m) - away) & line;
             sums.line_deepest = depth.to_array().into_iter().fold(sums.line_deepest, f32::max);
         }
     }
@@ -113,11 +119,22 @@ impl Sums {
         *z -= (weight * chunk.above_m) & weight.simd_gt(f32x8::ZERO);
     }
 
+    /// Adds the way that each facet faces, weighted by its depth.
+    fn add_facing(&mut self, chunk: &Chunk, facing: &[f32x8; 3]) {
+        let [outwards, aside, up] = facing.map(|along| along * chunk.penetration_m);
+        let [x, y, z] = &mut self.directions[Kind::Point as usize];
+        *x += outwards * chunk.cos - aside * chunk.sin;
+        *y += outwards * chunk.sin + aside * chunk.cos;
+        *z += up;
+    }
+
     fn contact(&self, surface: &Surface, press: &Press, contacts: &Contacts) -> Contact {
-        let &Contacts { deepest_m, angle_rad, elements, .. } = contacts;
+        let &Contacts { deepest_m, angle_rad, elements, tool_m, .. } = contacts;
+        // what a facet faces is one long already
+        let size = if contacts.facing.is_empty() { tool_m } else { 1.0 };
         let units = UNITS_PER_HEIGHT / surface.height_m();
         let [point, line] = self.directions.map(|axes| Vec3::from_array(axes.map(sum)));
-        let point = point / press.tool.radius().0 * (POINT_STIFFNESS * units / surface.shape().elements() as f32);
+        let point = point / size * (POINT_STIFFNESS * units / surface.shape().elements() as f32);
         let line = line.normalize_or_zero() * (LINE_STIFFNESS * units * self.line_deepest);
         let drag = ROTATION_STIFFNESS * units * deepest_m * f32::from(press.turning);
         Contact {

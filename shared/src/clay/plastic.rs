@@ -6,12 +6,12 @@
 use glam::Vec3;
 use wide::f32x8;
 
-use super::contact::{Contacts, sum};
+use super::contact::{Chunk, Contacts, sum};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::rim::Rim;
 use super::window::{Push, Scratch};
 use super::{Contact, Footprint, Method, Press, Sink, Surface, Window};
-use crate::tool::Side;
+use crate::tool::{Side, Tool};
 
 /// Poisson's ratio of wet clay.
 pub(super) const POISSON: f32 = 0.45;
@@ -119,17 +119,33 @@ impl PlasticCsem {
             Side::Outside => 0.0,
             Side::Inside => surface.thickness_m(),
         };
-        scratch.contacts.gather(surface, press, behind_m);
-        if scratch.contacts.elements == 0 {
+        scratch.contacts.gather(surface, press, behind_m, scratch.cutter.as_deref_mut());
+        if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
             scratch.contacts.gather_nearest(surface, press, behind_m);
         }
         footprint.reset(Window::default());
         if scratch.contacts.elements == 0 {
             return Contact::default();
         }
+        if scratch.contacts.facing.is_empty() {
+            let round = Round { steepest_m: STEEPEST * scratch.contacts.tool_m };
+            self.yield_to(surface, press, &round, footprint, scratch)
+        } else {
+            self.yield_to(surface, press, &Faceted, footprint, scratch)
+        }
+    }
+
+    fn yield_to(
+        &self,
+        surface: &Surface,
+        press: &Press,
+        face: &impl Face,
+        footprint: &mut Footprint,
+        scratch: &mut Scratch,
+    ) -> Contact {
         let step = Step::of(surface);
         let contacts = &scratch.contacts;
-        let Some((spot, slope)) = contact_ellipse(contacts, &step, STEEPEST * press.tool.radius().0) else {
+        let Some((spot, slope)) = contact_ellipse(contacts, &step, face) else {
             return Contact::default();
         };
         let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
@@ -139,7 +155,8 @@ impl PlasticCsem {
         let even_m = hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, surface.thickness_m());
         let elastic_m = self.law.recovery * even_m;
         let slide = Slide::of(press, &spot);
-        let carried = yields(press, &Spot { ellipse: spot, elastic_m, slide }, contacts, &mut scratch.pushes);
+        let place = Spot { ellipse: spot, elastic_m, slide };
+        let carried = yields(press, &place, contacts, face, &mut scratch.pushes);
         let outwards = outwards(press.side);
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let share = self.rim_share(stiffness * slope);
@@ -226,16 +243,55 @@ const fn outwards(side: Side) -> f32 {
     }
 }
 
+/// How the tool leans against the rays that it meets: the part of its normal across them, down, and along them, which is never
+/// less than a half.
+#[derive(Clone, Copy)]
+struct Lean {
+    aside: f32x8,
+    up: f32x8,
+    ahead: f32x8,
+}
+
+/// The side that a tool turns to the clay.
+trait Face {
+    /// How it leans in a chunk, whose elements are `above` its middle.
+    fn lean(&self, contacts: &Contacts, number: usize, chunk: &Chunk, above: f32x8) -> Lean;
+}
+
+/// A sphere, in its own lengths.
+struct Round {
+    steepest_m: f32,
+}
+
+impl Face for Round {
+    #[inline(always)]
+    fn lean(&self, _: &Contacts, _: usize, chunk: &Chunk, above: f32x8) -> Lean {
+        let ahead = chunk.half_chord_m.fast_max(f32x8::splat(self.steepest_m));
+        Lean { aside: f32x8::splat(chunk.aside_m), up: above, ahead }
+    }
+}
+
+/// Flat facets.
+struct Faceted;
+
+impl Face for Faceted {
+    #[inline(always)]
+    fn lean(&self, contacts: &Contacts, number: usize, _: &Chunk, _: f32x8) -> Lean {
+        let [ahead, aside, up] = contacts.facing[number];
+        Lean { aside, up: -up, ahead: ahead.abs().fast_max(f32x8::splat(STEEPEST)) }
+    }
+}
+
 /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
-fn contact_ellipse(contacts: &Contacts, step: &Step, steepest_m: f32) -> Option<(Ellipse, f32)> {
+fn contact_ellipse(contacts: &Contacts, step: &Step, face: &impl Face) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::default();
     let mut slopes = f32x8::ZERO;
-    for chunk in &contacts.chunks {
+    for (number, chunk) in contacts.chunks.iter().enumerate() {
         let touched = chunk.touched();
         let weight = chunk.radius_m & touched;
         let above = chunk.above_m & touched;
-        let half_chord = chunk.half_chord_m.fast_max(f32x8::splat(steepest_m));
-        slopes += weight * (above * above + chunk.aside_m * chunk.aside_m) / (half_chord * half_chord);
+        let Lean { aside, up, ahead } = face.lean(contacts, number, chunk, above);
+        slopes += weight * (up * up + aside * aside) / (ahead * ahead);
         moments.add(weight, chunk.radius_m, chunk.radius_m * chunk.angle_rad, above);
     }
     let ellipse = moments.ellipse(4.0, step)?;
@@ -298,14 +354,20 @@ struct Carried {
 }
 
 /// Splits what a tool presses into what springs back and what yields, which goes to `pushes`.
-fn yields(press: &Press, spot: &Spot, contacts: &Contacts, pushes: &mut alloc::vec::Vec<Push>) -> Carried {
+fn yields(
+    press: &Press,
+    spot: &Spot,
+    contacts: &Contacts,
+    face: &impl Face,
+    pushes: &mut alloc::vec::Vec<Push>,
+) -> Carried {
     let mut dent = Moments::default();
     let [mut x, mut y, mut z, mut all] = [f32x8::ZERO; 4];
-    let steepest = f32x8::splat(STEEPEST * press.tool.radius().0);
     let outwards = outwards(press.side);
     pushes.clear();
-    for chunk in &contacts.chunks {
+    for (number, chunk) in contacts.chunks.iter().enumerate() {
         let above = chunk.above_m & chunk.touched();
+        let Lean { aside, up, ahead } = face.lean(contacts, number, chunk, above);
         let arc = chunk.radius_m * chunk.angle_rad;
         let (elastic, middle) = spot.elastic_m(arc, above);
         let depth = chunk.penetration_m;
@@ -314,11 +376,11 @@ fn yields(press: &Press, spot: &Spot, contacts: &Contacts, pushes: &mut alloc::v
         let met_m = chunk.radius_m - depth * outwards;
         let carried = (depth / middle).fast_min(f32x8::ONE) * met_m;
         all += carried;
-        let slope = carried / chunk.half_chord_m.fast_max(steepest);
-        let (radial, aside) = (carried * outwards, slope * chunk.aside_m);
+        let slope = carried / ahead;
+        let (radial, aside) = (carried * outwards, slope * aside);
         x += radial * chunk.cos - aside * chunk.sin;
         y += radial * chunk.sin + aside * chunk.cos;
-        z -= slope * above;
+        z -= slope * up;
         dent.add(push * chunk.radius_m, chunk.radius_m, arc, above);
         pushes.push(Push { depth_m: push, rising: (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) });
     }

@@ -3,19 +3,24 @@
 //! Owns the scratch memory, so that a step allocates nothing once it has seen its number of presses.
 //! Invariant: the result depends neither on the order of the presses nor on who makes them.
 
+use alloc::boxed::Box;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
+use super::faceted::Cutter;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Window};
-use crate::tool::{Side, Sphere};
+use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
 use crate::units::{Seconds, Tick};
 
 /// A tool held at one place for one sub-step, in the pot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Press {
-    /// The tool.
-    pub tool: Sphere,
+    /// The tool; a convex one is among those of the [`SubStep`].
+    pub tool: Tool,
+    /// How a convex tool is turned; of any length but zero.
+    pub orientation: Quat,
     /// Its centre on the pot, m.
     pub centre_m: Vec3,
     /// Where it came from in this step, m, when it is known; what lies between is pressed too.
@@ -40,10 +45,11 @@ impl Press {
 
     /// A tool held outside of a still pot of the default clay for one tick.
     #[must_use]
-    pub fn held(tool: Sphere, centre_m: Vec3) -> Self {
+    pub fn held(tool: impl Into<Tool>, centre_m: Vec3) -> Self {
         let material = Material::default();
         Self {
-            tool,
+            tool: tool.into(),
+            orientation: Quat::IDENTITY,
             centre_m,
             from_m: None,
             dt: Tick::PERIOD,
@@ -64,9 +70,15 @@ impl Press {
 
     /// Parts into which its way is cut. Each is at most a third of the tool's radius R, so that the grooves of a small contact
     /// overlap, and at most √(8·s·R) long, so that the ridge between two of them is no higher than s.
-    fn parts(&self) -> u32 {
+    fn parts(&self, cutter: Option<&Cutter>) -> u32 {
         let Some(from_m) = self.from_m else { return 1 };
-        let radius_m = self.tool.radius().0;
+        let radius_m = match self.tool {
+            Tool::Sphere(sphere) => sphere.radius().0,
+            Tool::Convex(shape) => match cutter.and_then(|cutter| cutter.tool(shape)) {
+                Some(tool) => tool.bluntness().0,
+                None => return 1,
+            },
+        };
         let longest_m = (radius_m / 3.0).min(libm::sqrtf(8.0 * Self::RIDGE_M * radius_m));
         let parts = libm::ceilf(self.centre_m.distance(from_m) / longest_m);
         if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
@@ -88,7 +100,11 @@ impl Press {
         let distance = near + (far - near) * share;
         let (sin, cos) = libm::sincosf(begin + turn * share);
         let z = from_m.z + (self.centre_m.z - from_m.z) * share;
-        Self { centre_m: Vec3::new(distance * cos, distance * sin, z), response, ..*self }
+        let orientation = match self.tool {
+            Tool::Sphere(_) => self.orientation,
+            Tool::Convex(_) => Pose::about_z(self.orientation, f64::from(turn * (share - 1.0))),
+        };
+        Self { centre_m: Vec3::new(distance * cos, distance * sin, z), orientation, response, ..*self }
     }
 }
 
@@ -103,6 +119,7 @@ pub struct SubStep {
     contacts: Vec<Contact>,
     /// The parts that are pressed at once, each with the number of its press.
     parts: Vec<(usize, Press)>,
+    cutter: Option<Box<Cutter>>,
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
     outward_m: Vec<f32>,
@@ -112,10 +129,17 @@ impl SubStep {
     /// Scratch for presses on grids of up to `shape`; the first use with more presses than ever before allocates.
     #[must_use]
     pub fn for_grid(shape: GridShape) -> Self {
+        Self::with_rack(shape, rack::standard())
+    }
+
+    /// The same with other convex tools than [`rack::standard`]'s.
+    #[must_use]
+    pub fn with_rack(shape: GridShape, rack: Arc<[ConvexTool]>) -> Self {
         Self {
             footprints: alloc::vec![Footprint::for_grid(shape)],
             contacts: Vec::with_capacity(1),
             parts: Vec::with_capacity(1),
+            cutter: Some(Box::new(Cutter::new(rack, shape))),
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
         }
@@ -135,12 +159,12 @@ impl SubStep {
     ) -> &[Contact] {
         self.contacts.clear();
         self.contacts.resize(presses.len(), Contact::default());
-        let rounds = presses.iter().map(Press::parts).max().unwrap_or(1);
+        let rounds = presses.iter().map(|press| press.parts(self.cutter.as_deref())).max().unwrap_or(1);
         let mut now = core::mem::take(&mut self.parts);
         for round in 1..=rounds {
             now.clear();
             for (number, press) in presses.iter().enumerate() {
-                let parts = press.parts();
+                let parts = press.parts(self.cutter.as_deref());
                 let part = round * parts / rounds;
                 if part > (round - 1) * parts / rounds {
                     now.push((number, press.part(part, parts)));
@@ -170,7 +194,10 @@ impl SubStep {
             for ((of, press), footprint) in presses.iter().zip(&mut *footprints) {
                 // the one place that keeps out what is no press: past it, everything is finite
                 let contact = if press.is_sound() {
-                    method.press(surface, press, footprint)
+                    core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+                    let contact = method.press(surface, press, footprint);
+                    core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+                    contact
                 } else {
                     footprint.reset(Window::default());
                     Contact::default()

@@ -6,10 +6,12 @@
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use glam::Vec2;
 use wide::f32x8;
 
 use super::contact::{LANES, load};
 use super::{Digest, Footprint, GridShape, Window};
+use crate::tool::Lattice;
 
 /// A grid of circular sector elements: radius r(θ, z) of the skin at evenly spaced angles and heights.
 ///
@@ -26,7 +28,7 @@ pub struct Surface {
     /// No element is or ever was wider, m.
     widest_m: f32,
     /// Cosine and sine of each column's angle.
-    directions: Arc<[[f32; 2]]>,
+    directions: Arc<[Vec2]>,
     /// `[columns][rows]`, m.
     radii_m: Vec<f32>,
 }
@@ -114,7 +116,12 @@ impl Surface {
     /// When the grid has no such column.
     #[must_use]
     pub fn direction(&self, column: u32) -> [f32; 2] {
-        self.directions[column as usize]
+        self.directions[column as usize].to_array()
+    }
+
+    /// Columns and rows as a convex tool is cut by them.
+    pub(super) fn lattice(&self) -> Lattice<'_> {
+        Lattice { directions: &self.directions, rows: self.shape.rows(), row_height_m: self.row_height_m() }
     }
 
     /// Height of a row above the wheel head, m.
@@ -346,11 +353,11 @@ impl Ledger {
 }
 
 /// Cosine and sine of every column's angle, so that no step asks for them.
-fn directions(shape: GridShape) -> Arc<[[f32; 2]]> {
+fn directions(shape: GridShape) -> Arc<[Vec2]> {
     let turn = |column: u32| f64::from(column) * (core::f64::consts::TAU / f64::from(shape.columns()));
     let direction = |column| {
         let (sin, cos) = libm::sincos(turn(column));
-        [cos as f32, sin as f32]
+        Vec2::new(cos as f32, sin as f32)
     };
     (0..shape.columns()).map(direction).collect()
 }

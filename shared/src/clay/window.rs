@@ -3,12 +3,14 @@
 //! Owns the wrap at θ = 0: a window may start before the seam and end behind it.
 //! Invariant: a window lies within its grid, and no column of the grid stands in it twice.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use wide::f32x8;
 
 use super::GridShape;
 use super::contact::{Chunk, Contacts, LANES, load};
+use super::faceted::Cutter;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -118,6 +120,8 @@ pub(super) struct Scratch {
     pub(super) row_kernel: Vec<f32>,
     /// Heights of a rim's rows over its half axis.
     pub(super) rows: Vec<f32x8>,
+    /// The convex tools, lent by the sub-step for the time of a press with one.
+    pub(super) cutter: Option<Box<Cutter>>,
 }
 
 /// What yields of a chunk of the contact.
@@ -151,6 +155,7 @@ impl Footprint {
             pushes: Vec::with_capacity(elements / LANES + 1),
             rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
+            cutter: None,
         };
         Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }
     }

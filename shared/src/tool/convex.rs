@@ -124,6 +124,7 @@ pub struct ConvexTool {
     centre_m: Vec3,
     radius: Metres,
     volume_m3: f32,
+    bluntness: Metres,
 }
 
 /// Cells on an edge of the cube of directions.
@@ -186,8 +187,9 @@ impl ConvexTool {
         let reach_m = |corner: &Vec4| libm::sqrtf(corner.x * corner.x + corner.y * corner.y + corner.z * corner.z);
         let radius = Metres(corners_m.iter().map(reach_m).fold(0.0, f32::max));
         check_size(radius.0, 1.0)?;
+        let bluntness = Metres((3.0 * volume_m3 / area_m2(&mesh)) as f32);
         let (volume_m3, outermost) = (volume_m3 as f32, Vec::new());
-        let mut tool = Self { corners_m, links, normals, outermost, centre_m, radius, volume_m3 };
+        let mut tool = Self { corners_m, links, normals, outermost, centre_m, radius, volume_m3, bluntness };
         tool.outermost = tool.find_outermost();
         Ok(tool)
     }
@@ -222,6 +224,12 @@ impl ConvexTool {
     #[must_use]
     pub const fn volume_m3(&self) -> f32 {
         self.volume_m3
+    }
+
+    /// Radius of the sphere with as much volume to its surface, 3·V/A: small for what is thin.
+    #[must_use]
+    pub const fn bluntness(&self) -> Metres {
+        self.bluntness
     }
 
     /// Corners from the centre, m, with 0 in the last lane.
@@ -381,6 +389,14 @@ fn volume_and_centre(mesh: &Facets) -> (f64, Vec3) {
     }
     let centre = if six_volumes == 0.0 { apex } else { apex + weighted / (4.0 * six_volumes) };
     (six_volumes / 6.0, centre.as_vec3())
+}
+
+fn area_m2(mesh: &Facets) -> f64 {
+    let area = |facet: &[u16; 3]| {
+        let [a, b, c] = facet.map(|corner| mesh.corners_m[usize::from(corner)].as_dvec3());
+        0.5 * libm::sqrt((b - a).cross(c - a).length_squared())
+    };
+    mesh.facets.iter().map(area).sum()
 }
 
 /// Outward unit normals; a sliver takes that of a neighbour. None when all are slivers.

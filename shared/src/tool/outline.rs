@@ -173,10 +173,9 @@ impl<'a> Slice<'a> {
         if first == last {
             return (0, 0);
         }
-        outline.end_at_reach(last, last - 1, self.reach_m);
-        outline.end_at_reach(first, first + 1, self.reach_m);
-        let (first_row, end_row) =
-            (rows_below(outline.height[first], self.rows), rows_below(outline.height[last], self.rows));
+        let (lowest, highest) =
+            (outline.within_reach(first, first + 1, self.reach_m), outline.within_reach(last, last - 1, self.reach_m));
+        let (first_row, end_row) = (rows_below(lowest, self.rows), rows_below(highest, self.rows));
         if first_row >= end_row {
             return (0, 0);
         }
@@ -224,11 +223,14 @@ impl Outline {
     /// Makes room for a way once round any tool, and for a column.
     pub(super) fn make_room(&mut self, rows: usize) {
         let places = 2 * ConvexTool::TRIANGLES_MAX + 1;
-        self.radius_m.resize(places, 0.0);
-        self.height.resize(places, 0.0);
-        self.side.resize(places, 0);
-        self.slope_m.resize(places, 0.0);
-        self.begun.resize(rows + 1, 0);
+        (self.radius_m, self.height) = (alloc::vec![0.0; places], alloc::vec![0.0; places]);
+        (self.side, self.slope_m) = (alloc::vec![0; places], alloc::vec![0.0; places]);
+        self.begun = alloc::vec![0; rows + 1];
+    }
+
+    /// Whether there is room for a column of so many rows.
+    pub(super) const fn has_room(&self, rows: usize) -> bool {
+        self.begun.len() > rows
     }
 
     /// A side crossed about half way.
@@ -248,13 +250,15 @@ impl Outline {
         is_inside
     }
 
-    /// Brings the end of a way that lies out of reach back to where it leaves it.
-    fn end_at_reach(&mut self, end: usize, before: usize, reach_m: f32) {
+    /// Height at the end of a way, or where it goes out of reach. The places stay, so that no row within reach depends on
+    /// how far it is.
+    fn within_reach(&self, end: usize, before: usize, reach_m: f32) -> f32 {
         let (inside_m, outside_m) = (self.radius_m[before], self.radius_m[end]);
         if outside_m > reach_m && inside_m < reach_m {
             let share = (reach_m - inside_m) / (outside_m - inside_m);
-            self.height[end] = self.height[before] + (self.height[end] - self.height[before]) * share;
-            self.radius_m[end] = reach_m;
+            self.height[before] + (self.height[end] - self.height[before]) * share
+        } else {
+            self.height[end]
         }
     }
 }

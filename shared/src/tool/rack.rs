@@ -5,6 +5,7 @@
 //! Invariant: every tool here passes the checks of [`ConvexTool::new`]; `tests/tests/polygonal_tools.rs` holds them to
 //! their measures.
 
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::f32::consts::{PI, TAU};
 
@@ -12,6 +13,13 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::{ConvexError, ConvexTool};
 use crate::units::Metres;
+
+/// Rib, blade, knuckle and loop, in the order of [`super::Shape`].
+#[must_use]
+pub fn standard() -> Arc<[ConvexTool]> {
+    // their measures are fixed, so that none is refused
+    [rib(), blade(), knuckle(), loop_end()].into_iter().flatten().collect()
+}
 
 /// A kidney rib with its hollow side filled: half a disc of 100 × 50 mm, 4 mm thick, its edges bevelled.
 ///

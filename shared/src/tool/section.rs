@@ -21,6 +21,15 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// An orientation turned about z by an angle, in a fixed order as [`Pose::turn`] is.
+    #[must_use]
+    pub fn about_z(orientation: Quat, angle_rad: f64) -> Quat {
+        let (sin, cos) = libm::sincos(0.5 * angle_rad);
+        let (sin, cos) = (sin as f32, cos as f32);
+        let [x, y, z, w] = orientation.to_array();
+        Quat::from_xyzw(cos * x - sin * y, cos * y + sin * x, cos * z + sin * w, cos * w - sin * z)
+    }
+
     /// The turn as a matrix, that of the tool's normals too: `R = I + 2/|q|²·(w[v]ₓ + [v]ₓ²)` with q = (v, w).
     ///
     /// By `+ − × ÷` in a fixed order, so that it is the same on every target. None when the pose is not finite, farther
@@ -73,6 +82,8 @@ pub struct Section<'a> {
     pub far_m: &'a [f32],
     /// Number of the triangle that is met at `near_m`, row by row, as in [`ConvexTool::normals`].
     pub facet: &'a [u16],
+    /// The same for `far_m`.
+    pub far_facet: &'a [u16],
 }
 
 /// Columns and rows that hold every section.
@@ -116,7 +127,6 @@ pub struct Sections {
     near_m: Vec<f32>,
     facet: Vec<u16>,
     far_m: Vec<f32>,
-    /// One column, for the far side's own triangles, which nobody asks for.
     far_facet: Vec<u16>,
     outline: Outline,
 }
@@ -152,12 +162,11 @@ impl Sections {
     fn lay_out(&mut self, columns: usize, rows: usize) {
         self.rows = rows;
         let elements = columns * rows;
-        if self.near_m.len() < elements || self.far_facet.len() < rows {
+        if self.near_m.len() < elements || !self.outline.has_room(rows) {
             self.spans.reserve(columns);
-            self.near_m.resize(elements, 0.0);
-            self.facet.resize(elements, 0);
-            self.far_m.resize(elements, 0.0);
-            self.far_facet.resize(rows, 0);
+            // nothing of it is kept, and memory that is asked for as zeros costs nothing until it is used
+            (self.near_m, self.far_m) = (alloc::vec![0.0; elements], alloc::vec![0.0; elements]);
+            (self.facet, self.far_facet) = (alloc::vec![0; elements], alloc::vec![0; elements]);
             self.outline.make_room(rows);
         }
     }
@@ -213,11 +222,11 @@ impl Sections {
         let (mut first, mut end) = slice.fill(&way, &mut self.outline, near_m, &mut self.facet[rows.clone()]);
         if way.nearest_m < 0.0 || cut.sides == Sides::Both {
             // the far side is the near one of the other half of the plane
-            let far_m = &mut self.far_m[rows];
+            let (far_m, far_facet) = (&mut self.far_m[rows.clone()], &mut self.far_facet[rows]);
             let opposite = cut.slice(-direction, f32::MAX);
             let Some(crossing) = opposite.crossing(way.last_side) else { return true };
             let Some(way) = opposite.walk(crossing, &mut self.outline) else { return true };
-            let far = opposite.fill(&way, &mut self.outline, far_m, &mut self.far_facet);
+            let far = opposite.fill(&way, &mut self.outline, far_m, far_facet);
             (first, end) = (first.max(far.0), end.min(far.1));
             // where it ends before the axis, no part of the tool is on this side
             while first < end && far_m[first] > 0.0 {
@@ -247,7 +256,8 @@ impl Sections {
                 first_row: span.first_row,
                 near_m: &self.near_m[rows.clone()],
                 far_m: if self.sides == Some(Sides::Both) { &self.far_m[rows.clone()] } else { &[] },
-                facet: &self.facet[rows],
+                facet: &self.facet[rows.clone()],
+                far_facet: if self.sides == Some(Sides::Both) { &self.far_facet[rows] } else { &[] },
             }
         })
     }

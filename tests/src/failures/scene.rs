@@ -153,7 +153,7 @@ pub(super) fn around(distance_mm: f32, angle_rad: f32, z_mm: f32) -> Vec3 {
 
 /// The force that clay bears at most on a sphere that is wholly in it, N; its yield stress is √3 times its strength.
 pub(super) fn flow_n(press: &Press) -> f64 {
-    let radius_m = f64::from(press.tool.radius().0);
+    let radius_m = f64::from(press.tool.sphere().map_or(0.0, |sphere| sphere.radius().0));
     let strength_pa = f64::from(press.strength.yield_pa) / 3.0_f64.sqrt();
     FLOW_OVER_STRENGTH * strength_pa * std::f64::consts::PI * radius_m * radius_m
 }

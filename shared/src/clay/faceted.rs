@@ -1,0 +1,173 @@
+//! Collision of a convex tool of flat facets with the elements: the same chunks as a sphere's, and the way each facet faces.
+//!
+//! Owns the convex tools of a sub-step and the memory one is cut in; what a touch does to the clay is the methods'.
+//! Invariant: what is found depends on tool, pose and radii alone, and every touched element stands in exactly one chunk.
+
+use alloc::sync::Arc;
+
+use glam::{Mat3, Vec3};
+use wide::f32x8;
+
+use super::contact::{Chunk, Contacts, LANES, load, nearest_turn};
+use super::window::Scratch;
+use super::{GridShape, Press, Surface, Window};
+use crate::tool::{ConvexTool, Pose, Section, Sections, Shape, Side, Sides, Tool};
+
+/// The convex tools that presses name, and the memory in which one of them is cut.
+#[derive(Clone, Debug)]
+pub(super) struct Cutter {
+    rack: Arc<[ConvexTool]>,
+    sections: Sections,
+}
+
+impl Cutter {
+    pub(super) fn new(rack: Arc<[ConvexTool]>, shape: GridShape) -> Self {
+        Self { rack, sections: Sections::for_lattice(shape.columns(), shape.rows()) }
+    }
+
+    pub(super) fn tool(&self, shape: Shape) -> Option<&ConvexTool> {
+        self.rack.get(usize::from(shape.0))
+    }
+}
+
+impl Scratch {
+    /// How far a tool reaches from its centre, m; nothing for one that is not there.
+    pub(super) fn reach_m(&self, tool: Tool) -> f32 {
+        match tool {
+            Tool::Sphere(sphere) => sphere.radius().0,
+            Tool::Convex(shape) => {
+                self.cutter.as_deref().and_then(|cutter| cutter.tool(shape)).map_or(0.0, |tool| tool.radius().0)
+            }
+        }
+    }
+}
+
+/// A section and the facets of the side that presses, seen along its column's ray.
+struct Face<'a> {
+    section: &'a Section<'a>,
+    normals: &'a [Vec3],
+    /// Directions in the tool's own coordinates: along the ray, across it, and up.
+    axes: [Vec3; 3],
+    outwards: f32,
+    behind_m: f32,
+}
+
+impl Contacts {
+    /// Finds the elements that a convex tool touches, `behind_m` inside of the surface's radii.
+    ///
+    /// The ray of an element (r, θ, z) is in the tool from s₁ to s₂: from outside the penetration is `p = r − s₁`, from inside
+    /// `p = s₂ − r`, as for a sphere.
+    pub(super) fn gather_facets(
+        &mut self,
+        surface: &Surface,
+        press: &Press,
+        shape: Shape,
+        behind_m: f32,
+        cutter: &mut Cutter,
+    ) {
+        let Cutter { rack, sections } = cutter;
+        let Some(tool) = rack.get(usize::from(shape.0)) else { return };
+        let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
+        let Some(turn) = pose.turn() else { return };
+        let (sides, reach_m, outwards) = match press.side {
+            // a hair wider, since two that know another widest radius must find the same
+            Side::Outside => (Sides::Near, surface.widest_m() + 1e-6, 1.0),
+            Side::Inside => (Sides::Both, f32::MAX, -1.0),
+        };
+        sections.cut(tool, &pose, &surface.lattice(), reach_m, sides);
+        let extent = sections.extent();
+        if extent.columns == 0 || extent.rows == 0 {
+            return;
+        }
+        let crate::tool::Extent { first_column, columns, first_row, rows } = extent;
+        self.window = Window { first_column, columns, first_row, rows }.aligned(surface.shape(), LANES as u32);
+        self.tool_m = tool.radius().0;
+        self.distance_m = libm::sqrtf(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
+        self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
+        self.fill_heights(surface, press.centre_m.z);
+        let mut deepest = f32x8::ZERO;
+        for section in sections.iter() {
+            let axes = axes(&turn, surface.direction(section.column));
+            let face = Face { section: &section, normals: tool.normals(), axes, outwards, behind_m };
+            self.gather_section(surface, press, &face, &mut deepest);
+        }
+        self.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
+    }
+
+    fn gather_section(&mut self, surface: &Surface, press: &Press, face: &Face<'_>, deepest: &mut f32x8) {
+        let Face { section, outwards, behind_m, .. } = *face;
+        let column = section.column;
+        let [cos, sin] = surface.direction(column);
+        let angle_rad = nearest_turn(column as f32 * surface.shape().column_angle_rad() - self.angle_rad);
+        let (along_m, aside_m) =
+            (press.centre_m.x * cos + press.centre_m.y * sin, press.centre_m.y * cos - press.centre_m.x * sin);
+        let (edges_m, facets) =
+            if outwards > 0.0 { (section.near_m, section.facet) } else { (section.far_m, section.far_facet) };
+        let (first, radii_m) = (section.first_row as usize, surface.column_m(column));
+        let end = first + edges_m.len();
+        for row in (first / LANES * LANES..end).step_by(LANES) {
+            let radius = match radii_m[row..].first_chunk::<LANES>() {
+                Some(lanes) => f32x8::new(*lanes),
+                None => load(&radii_m[row..]),
+            };
+            // beyond the tool no clay is touched
+            let edge = lanes_of(edges_m, first, row, outwards * f32::INFINITY);
+            let penetration = (radius - behind_m - f32x8::new(edge)) * outwards;
+            let penetration = penetration.fast_max(f32x8::ZERO);
+            let met = penetration.simd_gt(f32x8::ZERO).to_bitmask().count_ones();
+            if met == 0 {
+                continue;
+            }
+            self.elements += met;
+            *deepest = deepest.fast_max(penetration);
+            self.facing.push(face.facing(lanes_of(facets, first, row, facets[0])));
+            self.chunks.push(Chunk {
+                column,
+                row: row as u32,
+                angle_rad,
+                cos,
+                sin,
+                along_m,
+                aside_m,
+                penetration_m: penetration,
+                half_chord_m: f32x8::ZERO,
+                radius_m: radius,
+                above_m: self.above_m[(row - self.window.first_row as usize) / LANES],
+            });
+        }
+    }
+}
+
+impl Face<'_> {
+    /// Which way the clay pushes: against the normals, along the ray, across it and up.
+    fn facing(&self, facets: [u16; LANES]) -> [f32x8; 3] {
+        let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
+        for (lane, facet) in facets.into_iter().enumerate() {
+            let normal = self.normals[usize::from(facet)];
+            (x[lane], y[lane], z[lane]) = (normal.x, normal.y, normal.z);
+        }
+        let [x, y, z] = [x, y, z].map(f32x8::new);
+        self.axes.map(|axis| -(x * axis.x + y * axis.y + z * axis.z))
+    }
+}
+
+/// A column's ray, the direction across it and the way up, as a turned tool sees them.
+fn axes(turn: &Mat3, [cos, sin]: [f32; 2]) -> [Vec3; 3] {
+    let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
+    let [along, across] = [(cos, sin), (-sin, cos)].map(|(x, y)| columns.map(|axis| axis.x * x + axis.y * y));
+    [along, across, columns.map(|axis| axis.z)].map(Vec3::from_array)
+}
+
+/// Eight values of a section that begins at row `first`, from `row` on; `absent` where it has none.
+fn lanes_of<T: Copy>(values: &[T], first: usize, row: usize, absent: T) -> [T; LANES] {
+    if let Some(lanes) = row.checked_sub(first).and_then(|start| values[start..].first_chunk::<LANES>()) {
+        return *lanes;
+    }
+    let mut lanes = [absent; LANES];
+    for (lane, value) in lanes.iter_mut().enumerate() {
+        if let Some(&there) = (row + lane).checked_sub(first).and_then(|at| values.get(at)) {
+            *value = there;
+        }
+    }
+    lanes
+}
