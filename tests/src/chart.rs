@@ -14,6 +14,7 @@ pub mod extent;
 pub mod force;
 pub mod helix;
 mod index;
+pub mod lathe;
 pub mod machine;
 mod panel;
 mod pictures;
@@ -89,6 +90,8 @@ pub struct Figures {
     pub volume: Vec<volume::VolumeFigures>,
     /// A tool that goes along a turning wheel.
     pub helix: Vec<helix::HelixFigures>,
+    /// A fast wheel as a profile.
+    pub lathe: Vec<lathe::LatheFigures>,
     /// The paper's table, from this machine.
     pub table1: Vec<table1::Table1Figures>,
 }
@@ -110,7 +113,8 @@ pub fn measure(extent: Extent, machine: Machine, progress: &mut Progress<'_>) ->
     let closed_forms = closed_forms::measure(&extent, progress)?;
     let volume = volume::measure(&extent, progress)?;
     let helix = helix::measure(&extent, progress)?;
-    Ok(Figures { extent, machine, methods, cases, forces, closed_forms, convergence, volume, helix, table1 })
+    let lathe = lathe::measure(&extent, progress)?;
+    Ok(Figures { extent, machine, methods, cases, forces, closed_forms, convergence, volume, helix, lathe, table1 })
 }
 
 /// Every file of the chart: its name and its bytes.
@@ -126,6 +130,7 @@ pub fn files(figures: &Figures) -> Result<Vec<(&'static str, Vec<u8>)>, ChartErr
         ("convergence.csv", csv::text(&figures.convergence).into()),
         ("volume.csv", csv::text(&figures.volume).into()),
         ("helix.csv", csv::text(&figures.helix).into()),
+        ("lathe.csv", csv::text(&figures.lathe).into()),
         ("table1.csv", csv::text(&figures.table1).into()),
         ("table1.md", table1::page(&figures.table1, &figures.machine).into()),
         ("machine.json", figures.machine.json().into()),

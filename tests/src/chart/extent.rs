@@ -22,6 +22,8 @@ pub struct Extent {
     pub travels_mm: Vec<f32>,
     /// Pitches of the helix over the length of contact, P/2a.
     pub pitches: Vec<f32>,
+    /// Pitches over the length of contact of a fast wheel as a profile.
+    pub lathe_pitches: Vec<f32>,
     /// Rows of the helix's grid.
     pub helix_rows: u32,
     /// Steps of the long stroke.
@@ -60,6 +62,7 @@ impl Extent {
             step_counts: vec![10, 30, 100, 300, 1000],
             travels_mm: vec![0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0],
             pitches: vec![0.15, 0.25, 0.34, 0.5, 0.7, 1.0],
+            lathe_pitches: vec![0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4],
             helix_rows: 1600,
             stroke_steps: 10_000,
             quick: true,
@@ -76,6 +79,7 @@ impl Extent {
             step_counts: vec![10, 30],
             travels_mm: vec![0.5, 2.0],
             pitches: vec![0.7, 1.0],
+            lathe_pitches: vec![0.05, 0.1],
             helix_rows: 200,
             stroke_steps: 100,
             quick: true,
@@ -91,7 +95,7 @@ impl Extent {
             .clone()
             .map(|entrant| CASES.iter().filter(|case| entrant.stands_on(case.support)).count())
             .sum();
-        (self.grids.len() + 1 + asked + cases + 2 * on_case_grid.count() + 3 * methods) as u32
+        (self.grids.len() + 2 + asked + cases + 2 * on_case_grid.count() + 3 * methods) as u32
     }
 
     /// Whether a row of the table is asked on the grid of the cases.

@@ -77,6 +77,7 @@ fn about(picture: &str) -> (&'static str, &'static str) {
         "profiles-finger.png" => ("Dents with a finger inside", "[cases.csv](cases.csv)"),
         "force.png" => ("Force over travel", "[force.csv](force.csv)"),
         "convergence.png" => ("Finer steps, finer elements", "[convergence.csv](convergence.csv)"),
+        "lathe.png" => ("A fast wheel as a profile", "[lathe.csv](lathe.csv)"),
         _ => ("A thread on a turning wheel", "[helix.csv](helix.csv)"),
     }
 }

@@ -10,7 +10,7 @@ use super::cases::{BASE, CaseFigures, Support};
 use super::convergence::{ConvergenceFigures, Varied};
 use super::entrant::ENTRANTS;
 use super::panel::{Axis, Labels, Look, Panel, Sign, legend};
-use super::{ChartError, Figures, force, helix};
+use super::{ChartError, Figures, force, helix, lathe};
 use crate::reference::Profile;
 
 const WIDTH: usize = 1400;
@@ -20,7 +20,7 @@ const MARGIN: f32 = 20.0;
 type Draw = fn(&Figures) -> Result<Canvas, ChartError>;
 
 /// Every picture and its file.
-pub(super) const ALL: [(&str, Draw); 8] = [
+pub(super) const ALL: [(&str, Draw); 9] = [
     ("methods.png", |figures| Ok(methods(figures))),
     ("cases.png", |figures| Ok(cases(figures))),
     ("profiles.png", |figures| profiles(figures, Support::Backed)),
@@ -29,10 +29,11 @@ pub(super) const ALL: [(&str, Draw); 8] = [
     ("force.png", forces),
     ("convergence.png", |figures| Ok(convergence(figures))),
     ("helix.png", |figures| Ok(thread(figures))),
+    ("lathe.png", |figures| Ok(lathe::picture(figures))),
 ];
 
 /// A sheet with its heading, a legend and a line of small print; returns the room that is left.
-fn sheet(heading: &str, entries: &[(Sign, String)], small: &str) -> (Canvas, Rect) {
+pub(super) fn sheet(heading: &str, entries: &[(Sign, String)], small: &str) -> (Canvas, Rect) {
     let canvas = Canvas::new(WIDTH, HEIGHT);
     let width = WIDTH as f32 - 2.0 * MARGIN;
     let heading = canvas.text(pos2(MARGIN, MARGIN - 4.0), Align2::LEFT_TOP, heading, 26.0, INK);
@@ -50,7 +51,7 @@ fn rows(present: impl Fn(usize) -> bool) -> Vec<(Sign, String)> {
 }
 
 /// A part of a rectangle that is cut into columns and rows.
-fn cell(within: Rect, (column, columns): (usize, usize), (row, rows): (usize, usize)) -> Rect {
+pub(super) fn cell(within: Rect, (column, columns): (usize, usize), (row, rows): (usize, usize)) -> Rect {
     let size = Vec2::new(within.width() / columns as f32, within.height() / rows as f32);
     Rect::from_min_size(within.min + Vec2::new(size.x * column as f32, size.y * row as f32), size)
 }
