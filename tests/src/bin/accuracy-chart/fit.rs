@@ -15,7 +15,7 @@ const MEANING: &str = "\
 What it does:
   Presses every backed dent of tests/data/fem with the law and moves six constants downhill (Nelder and Mead, 1965),
   from those in use. A dent scores 1.5 x RMS of the surface that stays + RMS of the surface under the tool, both over
-  the travel, + 0.7 x error of the force over its largest (0.2 at 4 mm, where the wall's back is near).
+  the travel, + 0.7 x error of the force over its largest (0.2 at 4 mm, which hands hardly reach).
   Balls drawn along the wall are then held against the finite elements. Only slide_share is chosen by them, from the
   scan at the end; the rest of the law is not fitted to them.
 What to do with it:
