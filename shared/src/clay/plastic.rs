@@ -127,25 +127,15 @@ impl PlasticCsem {
         if scratch.contacts.elements == 0 {
             return Contact::default();
         }
-        if scratch.contacts.facing.is_empty() {
-            let round = Round { steepest_m: STEEPEST * scratch.contacts.tool_m };
-            self.yield_to(surface, press, &round, footprint, scratch)
-        } else {
-            self.yield_to(surface, press, &Faceted, footprint, scratch)
-        }
-    }
-
-    fn yield_to(
-        &self,
-        surface: &Surface,
-        press: &Press,
-        face: &impl Face,
-        footprint: &mut Footprint,
-        scratch: &mut Scratch,
-    ) -> Contact {
         let step = Step::of(surface);
         let contacts = &scratch.contacts;
-        let Some((spot, slope)) = contact_ellipse(contacts, &step, face) else {
+        // the two faces part here and at what yields, so that the rim is laid in one place
+        let round = contacts.facing.is_empty().then(|| Round { steepest_m: STEEPEST * contacts.tool_m });
+        let found = match &round {
+            Some(round) => contact_ellipse(contacts, &step, round),
+            None => contact_ellipse(contacts, &step, &Faceted),
+        };
+        let Some((spot, slope)) = found else {
             return Contact::default();
         };
         let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
@@ -156,7 +146,10 @@ impl PlasticCsem {
         let elastic_m = self.law.recovery * even_m;
         let slide = Slide::of(press, &spot);
         let place = Spot { ellipse: spot, elastic_m, slide };
-        let carried = yields(press, &place, contacts, face, &mut scratch.pushes);
+        let carried = match &round {
+            Some(round) => yields(press, &place, contacts, round, &mut scratch.pushes),
+            None => yields(press, &place, contacts, &Faceted, &mut scratch.pushes),
+        };
         let outwards = outwards(press.side);
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let share = self.rim_share(stiffness * slope);
