@@ -146,7 +146,7 @@ fn error(grid: &Surface, profile: &Surface, depth_m: f32) -> f64 {
     (squares / f64::max(count, 1.0)).sqrt() / f64::from(depth_m)
 }
 
-/// The default bound is the claim. The grid has at least six elements to a contact each way: with fewer it is itself farther
+/// The default bound is the claim. The grid has at least five elements to a contact each way: with fewer it is itself farther
 /// from a finer one than that.
 #[test]
 fn hundred_random_strokes_stay_within_the_bound() {

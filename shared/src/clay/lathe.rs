@@ -70,6 +70,7 @@ impl Default for ErrorBound {
 /// cutting: the rest has an RMS below half of the bound times δ.
 ///
 /// Works outside of the wall, with one sphere, in the law of [`PlasticCsem`].
+/// The estimate knows nothing of the grid: one with fewer than five elements to a contact is itself farther off.
 #[derive(Clone, Debug)]
 pub struct Lathe {
     bound: ErrorBound,
