@@ -7,7 +7,7 @@ use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use pottery_shared::clay::{
-    GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Wetness, Wheel,
+    GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
 };
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::units::{Metres, Rpm};
@@ -111,6 +111,12 @@ pub enum ConfigError {
         /// What was given.
         name: String,
     },
+    /// A support that does not exist.
+    #[error("there is no support '{name}': choose backed or hollow")]
+    Support {
+        /// What was given.
+        name: String,
+    },
     /// Clay that nobody knows by that name.
     #[error("there is no clay '{name}': choose stiff, throwing, soft or slip, or say how wet it is")]
     Clay {
@@ -169,6 +175,7 @@ pub struct FileConfig {
     wheel_rpm: Option<f32>,
     clay: Option<String>,
     wetness: Option<f32>,
+    support: Option<String>,
 }
 
 impl FileConfig {
@@ -202,6 +209,9 @@ impl FileConfig {
         config.wheels = self.wheels.unwrap_or(config.wheels);
         config.people_max = self.people_max.unwrap_or(config.people_max);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);
+        if let Some(name) = self.support {
+            config.pot.support = Support::from_name(&name).ok_or(ConfigError::Support { name })?;
+        }
         if let Some(name) = self.method {
             config.method = MethodKind::from_name(&name).ok_or(ConfigError::Method { name })?;
         }

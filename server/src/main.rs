@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pottery_server::{FileConfig, Server, ServerConfig};
-use pottery_shared::clay::{Material, Preset, Wetness};
+use pottery_shared::clay::{Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
@@ -26,6 +26,9 @@ struct Flags {
     /// Number of wheels, each with its own pot
     #[arg(long)]
     wheels: Option<u16>,
+    /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
+    #[arg(long, value_name = "NAME", value_parser = support)]
+    support: Option<Support>,
     /// Clay as potters name it: stiff, throwing, soft or slip [default: throwing]
     #[arg(long, value_name = "NAME", value_parser = preset)]
     clay: Option<Preset>,
@@ -33,7 +36,7 @@ struct Flags {
     #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
     wetness: Option<Wetness>,
     /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, method,
-    /// wheel_rpm, clay, wetness
+    /// wheel_rpm, clay, wetness, support
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -43,6 +46,10 @@ const EXAMPLES: &str = "Examples:
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
   pottery-server --listen 127.0.0.1:5000          this machine only
   pottery-server --clay soft                      wetter clay on every wheel";
+
+fn support(text: &str) -> Result<Support, String> {
+    Support::from_name(text).ok_or_else(|| "choose backed or hollow".into())
+}
 
 fn preset(text: &str) -> Result<Preset, String> {
     Preset::from_name(text).ok_or_else(|| "choose stiff, throwing, soft or slip".into())
@@ -78,6 +85,7 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.listen = flags.listen.unwrap_or(config.listen);
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.code = flags.code.or(config.code);
+    config.pot.support = flags.support.unwrap_or(config.pot.support);
     if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
         config.clay = Material::from_wetness(wetness);
     }

@@ -3,6 +3,7 @@
 //! Knows no network and no device. A pot is a set of [`Surface`]s; how many is known in here only.
 //! Invariant: every radius is finite and within its surface's bounds after every sub-step.
 
+mod bending;
 mod conditions;
 mod contact;
 mod digest;
@@ -20,12 +21,14 @@ mod profile;
 mod resample;
 mod rim;
 mod schedule;
+mod series;
 mod solid;
 mod substep;
 mod surface;
 mod wheel;
 mod window;
 
+pub use bending::{Bend, WallBending};
 pub use conditions::Conditions;
 pub use digest::Digest;
 pub use grid::{GridError, GridShape};
@@ -35,7 +38,7 @@ pub use material::{Material, MaterialError, Preset, Strength, Wetness};
 pub use method::{Contact, Method, MethodKind, Sink};
 pub use original::OriginalCsem;
 pub use plastic::{PlasticCsem, PlasticLaw};
-pub use pot::{Pot, PotError, PotSpec, Skin};
+pub use pot::{Pot, PotError, PotSpec, Skin, Support};
 pub use resample::ResolutionError;
 pub use schedule::Schedule;
 pub use solid::{Triangle, closed_solid};

@@ -43,14 +43,6 @@ pub enum ChartError {
     /// A reference file is damaged; take it anew from the repository.
     #[error("a reference file cannot be read: {0}")]
     Reference(#[from] BadProfile),
-    /// A yardstick gave up.
-    #[error("the yardstick {name} gave up: {why}")]
-    Yardstick {
-        /// Which.
-        name: &'static str,
-        /// Its own words.
-        why: String,
-    },
     /// A picture cannot be packed.
     #[error("the picture {name} cannot be packed: {source}")]
     Picture {

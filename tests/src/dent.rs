@@ -144,13 +144,7 @@ impl Dent {
             }
         }
         times_ns.sort_by(f64::total_cmp);
-        Ok(self.measure(
-            &pressing.pot,
-            pressing.at.unwrap_or_default(),
-            pressing.tool,
-            force_n,
-            times_ns[times_ns.len() / 2],
-        ))
+        Ok(self.measure(&pressing, force_n, times_ns[times_ns.len() / 2]))
     }
 
     /// The same with any method, unmeasured: the pot with the tool still in it.
@@ -169,17 +163,25 @@ impl Dent {
         Ok(pressing)
     }
 
-    fn measure(&self, pot: &Pot, at: Vec3, tool: Sphere, force_n: f32, step_ns: f64) -> Dented {
+    /// Reads the surface: what stays, or while the tool is in what it and the clay's elastic sink leave of it.
+    fn measure(&self, pressing: &Pressing, force_n: f32, step_ns: f64) -> Dented {
+        let pot = &pressing.pot;
         let surface = &pot.surfaces()[pot.skins()[0].surface];
         let shape = surface.shape();
         let (mut volume_in_mm3, mut volume_out_mm3) = (0.0, 0.0);
         let mut radial_mm = Vec::with_capacity(shape.elements());
+        let sink = pressing.contact.sink.filter(|_| !self.release);
+        let bend = sink.and_then(|sink| sink.bend(surface));
+        let at = pressing.at.unwrap_or_default();
         let element = f64::from(shape.column_angle_rad()) * f64::from(surface.row_height_m());
         for column in 0..shape.columns() {
             let angle = column as f32 * shape.column_angle_rad();
             for (row, &radius_m) in surface.column_m(column).iter().enumerate() {
-                let under_tool = near_side_m(at, tool, angle, surface.row_z_m(row as u32));
-                let seen = if self.release { radius_m } else { radius_m.min(under_tool) };
+                let z_m = surface.row_z_m(row as u32);
+                let sunk = sink.map_or(0.0, |sink| sink.depth_at_m(angle, z_m));
+                let bent = bend.as_ref().map_or(0.0, |bend| bend.at_m(angle, z_m));
+                let free = radius_m - sunk - bent;
+                let seen = if self.release { radius_m } else { free.min(near_side_m(at, pressing.tool, angle, z_m)) };
                 radial_mm.push((seen - self.pot.radius.0) * 1e3);
                 let (now, first) = (f64::from(seen), f64::from(self.pot.radius.0));
                 let volume = 0.5 * (now * now - first * first) * element * 1e9;

@@ -24,15 +24,6 @@ use crate::dent::{Dent, DentError, Dented, Pressing};
 /// Poisson's ratio of wet clay, as in the reference.
 pub const POISSON: f64 = 0.45;
 
-/// What stands behind the wall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Support {
-    /// A rigid core on which the wall slides without friction.
-    Backed,
-    /// Nothing; the foot is fixed and the rim free.
-    Hollow,
-}
-
 /// A sphere before a cylinder, in millimetres, newtons and megapascals.
 #[derive(Clone, Copy, Debug)]
 struct Scene {

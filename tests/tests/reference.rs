@@ -48,11 +48,11 @@ fn plastic_clay_keeps_the_dent_that_the_reference_keeps() {
 }
 
 #[test]
-fn plastic_clay_under_the_tool_is_within_three_per_cent() {
+fn plastic_clay_under_the_tool_is_within_two_per_cent() {
     let errors: Vec<f64> = [1, 2].iter().map(|&depth| pressed(MethodKind::Plastic, depth, false).1).collect();
     println!("loaded dent, RMS over travel: {errors:.4?}");
-    // without the elastic sink beside the contact, which the method does not draw
-    assert!(errors.iter().all(|error| *error < 0.03), "{errors:.4?}");
+    // with the elastic sink beside the contact; the reference itself is converged to about 1.5 %
+    assert!(errors.iter().all(|error| *error < 0.02), "{errors:.4?}");
 }
 
 #[test]

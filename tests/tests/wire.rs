@@ -96,12 +96,14 @@ fn wheel() -> impl Strategy<Value = WheelWire> {
 }
 
 fn welcome() -> impl Strategy<Value = Welcome> {
-    let pot = any::<(u32, u32, f32, f32, f32)>().prop_map(|(columns, rows, height_m, radius_m, wall_m)| PotWire {
+    let measures = any::<(u32, u32, f32, f32, f32, u8)>();
+    let pot = measures.prop_map(|(columns, rows, height_m, radius_m, wall_m, support)| PotWire {
         columns,
         rows,
         height_m,
         radius_m,
         wall_m,
+        support,
     });
     let clay = prop::collection::vec((any::<u64>(), clay()), 0..20);
     let wheel = prop::collection::vec(wheel(), 0..20);
@@ -345,7 +347,7 @@ fn clay_takes_twelve_bytes_and_the_longest_welcome_passes() {
     let welcome = Notice::Welcome(Welcome {
         client: u16::MAX,
         now: 1 << 48,
-        pot: PotWire { columns: 1440, rows: 1600, height_m: 0.2, radius_m: 0.06, wall_m: 0.008 },
+        pot: PotWire { columns: 1440, rows: 1600, height_m: 0.2, radius_m: 0.06, wall_m: 0.008, support: 1 },
         wheel: vec![WheelWire { from: 1 << 48, phase: u32::MAX, rate: i32::MIN }; 256],
         clay: vec![(1 << 48, clay); 256],
         method: 2,

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use pottery_shared::clay::{MethodKind, PotSpec, Strength};
+use pottery_shared::clay::{MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::{Dent, DentError, Dented};
 use pottery_tests::reference::Profile;
@@ -13,7 +13,7 @@ use pottery_tests::yardstick::free_form::Lattice;
 use pottery_tests::yardstick::greens::{Base, Contact, Layer, LocalTable};
 use pottery_tests::yardstick::long_elements::LongElements;
 use pottery_tests::yardstick::shell::{End, Loose, Shell};
-use pottery_tests::yardstick::{Support, closed_forms, free_form, greens, long_elements};
+use pottery_tests::yardstick::{closed_forms, free_form, greens, long_elements};
 
 fn close(measured: f64, expected: f64, tolerance: f64, what: &str) {
     let error = measured / expected - 1.0;
@@ -342,7 +342,7 @@ fn profile(depth_mm: u32, release: bool) -> Profile {
     .unwrap()
 }
 
-type Press = fn(&Dent, Support) -> Result<Dented, DentError>;
+type Press = fn(&Dent) -> Result<Dented, DentError>;
 
 const YARDSTICKS: [(&str, Press); 3] =
     [("free-form", free_form::press), ("long elements", long_elements::press), ("Green's functions", greens::press)];
@@ -352,7 +352,7 @@ fn every_yardstick_draws_the_tool_and_only_a_drawing_stays() {
     for (name, press) in YARDSTICKS {
         for (depth, release) in [(1, false), (2, false), (1, true), (2, true)] {
             let dent = dent(depth, release);
-            let dented = press(&dent, Support::Backed).unwrap();
+            let dented = press(&dent).unwrap();
             let error = dented.error(&profile(depth, release), &dent);
             let tip = dented.radial_mm_at(0.0, 100.0);
             println!(
@@ -374,8 +374,8 @@ fn every_yardstick_draws_the_tool_and_only_a_drawing_stays() {
 #[test]
 fn hollow_wall_bends_under_green_s_functions_alone() {
     for (name, press) in YARDSTICKS {
-        let [backed, hollow] =
-            [Support::Backed, Support::Hollow].map(|support| press(&dent(1, false), support).unwrap());
+        let behind = |support| Dent { pot: PotSpec { support, ..PotSpec::default() }, ..dent(1, false) };
+        let [backed, hollow] = [Support::Backed, Support::Hollow].map(|support| press(&behind(support)).unwrap());
         let side = hollow.radial_mm_at(0.5 * PI, 100.0);
         println!("{name}, hollow, 1 mm: {:.2} N, {side:.3} mm at 90°, {:.0} ns a step", hollow.force_n, hollow.step_ns);
         assert!(backed.radial_mm_at(0.5 * PI, 100.0).abs() < 0.02);
@@ -390,6 +390,6 @@ fn hollow_wall_bends_under_green_s_functions_alone() {
 fn bad_figures_are_refused_by_name() {
     for (_, press) in YARDSTICKS {
         let bad = Dent { depth: Metres::from_mm(-1.0), ..dent(1, false) };
-        assert!(press(&bad, Support::Backed).unwrap_err().to_string().contains("depth"));
+        assert!(press(&bad).unwrap_err().to_string().contains("depth"));
     }
 }

@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::Target;
 use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
-use pottery_shared::clay::{Material, MethodKind, Preset, Wetness};
+use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
@@ -57,6 +57,9 @@ struct HostFlags {
     /// How the clay deforms
     #[arg(long, value_enum, default_value_t = MethodName::Plastic)]
     method: MethodName,
+    /// What stands behind the pot's wall
+    #[arg(long, value_enum, default_value_t = SupportName::Backed)]
+    support: SupportName,
     /// Clay as potters name it; everybody at the wheel may change it later
     #[arg(long, value_enum, default_value_t = ClayName::Throwing)]
     clay: ClayName,
@@ -109,6 +112,23 @@ enum MethodName {
     Improved,
     /// The studio's own: elastic up to yield, plastic beyond, displaced clay comes back as a rim
     Plastic,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SupportName {
+    /// A rigid core: the wall cannot give way as a whole
+    Backed,
+    /// Nothing: the wall bends under a tool and springs back (--method plastic)
+    Hollow,
+}
+
+impl SupportName {
+    const fn support(self) -> Support {
+        match self {
+            Self::Backed => Support::Backed,
+            Self::Hollow => Support::Hollow,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -235,6 +255,7 @@ impl HostFlags {
                 MethodName::Improved => MethodKind::Improved,
                 MethodName::Plastic => MethodKind::Plastic,
             },
+            pot: PotSpec { support: self.support.support(), ..PotSpec::default() },
             clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
             ..ServerConfig::default()
         }

@@ -186,6 +186,22 @@ impl Contacts {
         }
     }
 
+    /// Forgets the chunks that are not wanted.
+    pub(super) fn keep(&mut self, wanted: impl Fn(&Chunk) -> bool) {
+        let mut kept = 0;
+        for number in 0..self.chunks.len() {
+            if wanted(&self.chunks[number]) {
+                self.chunks.swap(kept, number);
+                if !self.facing.is_empty() {
+                    self.facing.swap(kept, number);
+                }
+                kept += 1;
+            }
+        }
+        self.chunks.truncate(kept);
+        self.facing.truncate(kept);
+    }
+
     /// The rows less than `half_m` above or below the tool, from a multiple of [`LANES`] on, and the row after them.
     fn rows_within(&self, half_m: f32, surface: &Surface, tool_z: f32) -> (usize, usize) {
         let row = |z_m: f32| (z_m / surface.row_height_m()).max(0.0) as u32;

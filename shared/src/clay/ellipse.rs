@@ -87,3 +87,10 @@ impl Moments {
         })
     }
 }
+
+impl Ellipse {
+    /// Radius of the circle of the same area, m.
+    pub(super) fn mean_half_m(&self) -> f32 {
+        libm::sqrtf(self.half_arc_m * self.half_height_m)
+    }
+}

@@ -9,7 +9,7 @@ use core::f32::consts::TAU;
 use super::contact::LANES;
 use super::ellipse::Step;
 use super::profile::{Pass, Profile, thread};
-use super::{Contact, PlasticCsem, Press, Surface, Window};
+use super::{Contact, PlasticCsem, Press, Support, Surface, Window};
 use crate::tool::Side;
 
 /// Largest error that a profile may make, over the depth of the tool.
@@ -69,7 +69,7 @@ impl Default for ErrorBound {
 /// left above it. It is also chosen only where the pot under the tool is round, apart from the thread that the tool is
 /// cutting: the rest has an RMS below half of the bound times δ.
 ///
-/// Works outside of the wall, with one sphere, in the law of [`PlasticCsem`].
+/// Works outside of a backed wall, with one sphere, in the law of [`PlasticCsem`].
 /// The estimate knows nothing of the grid: one with fewer than five elements to a contact is itself farther off.
 #[derive(Clone, Debug)]
 pub struct Lathe {
@@ -149,7 +149,7 @@ impl Lathe {
                 self.leave(surface, changed);
                 return None;
             }
-        } else if !self.enter_if_round(surface, press) {
+        } else if surface.support() == Support::Hollow || !self.enter_if_round(surface, press) {
             return None;
         }
         if !self.pending.is_like(press) {

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{Footprint, ImprovedCsem, OriginalCsem, PlasticCsem, PlasticLaw, Press, Surface};
+use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, PlasticCsem, PlasticLaw, Press, Support, Surface};
 
 /// What a press meets: the force on the tool and how much clay it touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,9 +23,12 @@ pub struct Contact {
 
 /// How far clay gives way while a tool presses on it, and springs back when it is gone.
 ///
-/// `e(q²) = e₀·(1 − 0.35·q² − 0.14·q⁶)` inside of the contact's ellipse and `0.51·e₀·(Q − q²)/((Q − 1)·(1 + (q² − 1)/0.7))` outside,
-/// Q = 7.5: within 0.03 of the integral `2p/E*·∫ a·J₁(ka)·J₀(kr)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk` over its middle, for an
-/// even pressure on a layer that slides on a rigid base and is twice as thick as the contact's radius.
+/// `e(q²)` over the depth e₀ in the middle, under an even pressure on the contact's ellipse:
+/// - on a core: `1 − 0.35·q² − 0.14·q⁶` inside and `0.51·(Q − q²)/((Q − 1)·(1 + (q² − 1)/0.7))` outside, Q = 7.5: within 0.03 of
+///   the integral `2p/E*·∫ a·J₁(ka)·J₀(kr)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk`, on a layer that slides on a rigid base
+///   and is twice as thick as the contact's radius;
+/// - with nothing behind: `1 − 0.25·q² − 0.113·q⁶` inside and `1/(2q)·(1 + 1/(8q²) + 0.15/q⁸)` outside, a half-space's within 0.01
+///   (Johnson 1985, section 3.4) and a free layer's within 0.06, its bending as a plate left to [`Sink::bend`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sink {
     /// Angle of its middle on the pot, rad, and height, m.
@@ -40,12 +43,31 @@ pub struct Sink {
     pub half_height_m: f32,
     /// Depth in the middle e₀, m.
     pub depth_m: f32,
+    /// What stands behind the clay.
+    pub support: Support,
+    /// Radial force on a wall with nothing behind it, over Young's modulus, positive towards the axis, m².
+    pub load_m2: f32,
 }
 
 impl Sink {
     const END: f32 = 7.5;
 
-    /// Depth at a place of the pot, m.
+    /// The factors of −q² and −q⁶ inside of the contact.
+    pub(super) const fn bowl(support: Support) -> [f32; 2] {
+        match support {
+            Support::Backed => [0.35, 0.14],
+            Support::Hollow => [0.25, 0.113],
+        }
+    }
+
+    /// How the whole wall bends with it, to be added to its depth; nothing on a backed wall.
+    #[must_use]
+    pub fn bend(&self, surface: &Surface) -> Option<Bend> {
+        let patch_m = libm::sqrtf(self.half_arc_m * self.half_height_m);
+        surface.bending().map(|bending| bending.under(self.load_m2, self.angle_rad, self.z_m, patch_m))
+    }
+
+    /// Depth at a place of the pot, without the wall's bending, m.
     #[must_use]
     pub fn depth_at_m(&self, angle_rad: f32, z_m: f32) -> f32 {
         let away = angle_rad - self.angle_rad;
@@ -53,7 +75,11 @@ impl Sink {
         let (across, up) = (away * self.radius_m / self.half_arc_m, (z_m - self.z_m) / self.half_height_m);
         let q2 = across * across + up * up;
         let share = if q2 < 1.0 {
-            1.0 - q2 * (0.35 + 0.14 * q2 * q2)
+            let [near, edge] = Self::bowl(self.support);
+            1.0 - q2 * (near + edge * q2 * q2)
+        } else if self.support == Support::Hollow {
+            let over = 1.0 / q2;
+            0.5 * libm::sqrtf(over) * (1.0 + over * (0.125 + 0.15 * over * over * over))
         } else if q2 < Self::END {
             0.51 * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / 0.7))
         } else {

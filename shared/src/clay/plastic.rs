@@ -6,15 +6,15 @@
 use glam::Vec3;
 use wide::f32x8;
 
+use super::bending::POISSON;
 use super::contact::{Chunk, Contacts, sum};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::rim::Rim;
+use super::series::{Asked, GivenWay};
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Press, Sink, Surface, Window};
+use super::{Contact, Footprint, Method, Press, Sink, Support, Surface, Window};
 use crate::tool::{Side, Tool};
 
-/// Poisson's ratio of wet clay.
-pub(super) const POISSON: f32 = 0.45;
 /// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
 pub(super) const STEEPEST: f32 = 0.5;
 
@@ -85,9 +85,13 @@ impl Default for PlasticLaw {
 ///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height.
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove and not at its bottom, `e·(1 − σ + σ·v²)`, v the distance aside over
-///   the half axis, no less than 0.15·e, and `β + 0.4·(1 − β)·σ` of it rises.
+///   the half axis, no less than 0.15·e, and `β + 0.4·(1 − β)·σ` of it rises;
+/// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
+///   `w = C·F/E` (see [`super::WallBending`]), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
+///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
+///   left out.
 ///
-/// No wall bending: the clay is taken as backed. `tests/tests/reference.rs` holds it to the finite-element dents.
+/// `tests/tests/reference.rs` and `tests/tests/hollow.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlasticCsem {
     /// Its constants.
@@ -128,31 +132,25 @@ impl PlasticCsem {
             return Contact::default();
         }
         let step = Step::of(surface);
-        let contacts = &scratch.contacts;
         // the two faces part here and at what yields, so that the rim is laid in one place
+        let contacts = &mut scratch.contacts;
         let round = contacts.facing.is_empty().then(|| Round { steepest_m: STEEPEST * contacts.tool_m });
-        let found = match &round {
-            Some(round) => contact_ellipse(contacts, &step, round),
-            None => contact_ellipse(contacts, &step, &Faceted),
+        let (load_m2, met) = match &round {
+            Some(round) => self.bend_and_meet(surface, press, &step, round, contacts),
+            None => self.bend_and_meet(surface, press, &step, &Faceted, contacts),
         };
-        let Some((spot, slope)) = found else {
+        let contacts = &scratch.contacts;
+        let Some(Met { spot, pressure_pa, strain }) = met else {
             return Contact::default();
         };
-        let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
-        let stiffness = youngs_reduced_pa / press.strength.yield_pa;
-        let hardness_pa = press.strength.yield_pa * self.hardness(stiffness, slope);
-        let radius_m = libm::sqrtf(spot.half_arc_m * spot.half_height_m);
-        let even_m = hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, surface.thickness_m());
-        let elastic_m = self.law.recovery * even_m;
-        let slide = Slide::of(press, &spot);
-        let place = Spot { ellipse: spot, elastic_m, slide };
+        let Spot { ellipse, slide, .. } = spot;
         let carried = match &round {
-            Some(round) => yields(press, &place, contacts, round, &mut scratch.pushes),
-            None => yields(press, &place, contacts, &Faceted, &mut scratch.pushes),
+            Some(round) => yields(press, &spot, contacts, round, &mut scratch.pushes),
+            None => yields(press, &spot, contacts, &Faceted, &mut scratch.pushes),
         };
         let outwards = outwards(press.side);
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
-            let share = self.rim_share(stiffness * slope);
+            let share = self.rim_share(strain);
             let share = share + (1.0 - share) * self.law.slide_share * slide.share;
             let volume_m3 = outwards * share * dent.content;
             let rim = Rim { dent: &dent, volume_m3, slide, tool_z_m: press.centre_m.z };
@@ -162,18 +160,82 @@ impl PlasticCsem {
             }
         }
         Contact {
-            force_n: carried.normals * (hardness_pa / Spot::MEAN * step.element_rad_m),
+            force_n: carried.normals * (pressure_pa * step.element_rad_m),
             elements: contacts.elements,
             penetration_m: contacts.deepest_m,
             sink: Some(Sink {
-                angle_rad: contacts.angle_rad + spot.arc_m / spot.radius_m,
-                z_m: press.centre_m.z + spot.above_m,
-                radius_m: spot.radius_m,
-                half_arc_m: spot.half_arc_m,
-                half_height_m: spot.half_height_m,
-                depth_m: elastic_m * carried.all / Spot::MEAN * step.element_rad_m / spot.content,
+                angle_rad: contacts.angle_rad + ellipse.arc_m / ellipse.radius_m,
+                z_m: press.centre_m.z + ellipse.above_m,
+                radius_m: ellipse.radius_m,
+                half_arc_m: ellipse.half_arc_m,
+                half_height_m: ellipse.half_height_m,
+                depth_m: spot.elastic_m * carried.all / spot.mean() * step.element_rad_m / ellipse.content,
+                support: surface.support(),
+                load_m2,
             }),
         }
+    }
+
+    /// Force on a wall that bends, as [`PlasticCsem::bend`] tells it, and what the clay then opposes.
+    fn bend_and_meet(
+        &self,
+        surface: &Surface,
+        press: &Press,
+        step: &Step,
+        face: &impl Face,
+        contacts: &mut Contacts,
+    ) -> (f32, Option<Met>) {
+        let load_m2 = self.bend(surface, press, step, face, contacts);
+        (load_m2, self.meet(surface, press, step, face, contacts, |chunk| chunk.penetration_m))
+    }
+
+    /// What the clay opposes to penetrations; `None` where none is left.
+    fn meet(
+        &self,
+        surface: &Surface,
+        press: &Press,
+        step: &Step,
+        face: &impl Face,
+        contacts: &Contacts,
+        penetration_m: impl Fn(&Chunk) -> f32x8,
+    ) -> Option<Met> {
+        let (ellipse, slope) = contact_ellipse(contacts, step, face, penetration_m)?;
+        let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
+        let stiffness = youngs_reduced_pa / press.strength.yield_pa;
+        let hardness_pa = press.strength.yield_pa * self.hardness(stiffness, slope);
+        let depth_m = match surface.support() {
+            Support::Backed => layer_depth_m(ellipse.mean_half_m(), surface.thickness_m()),
+            // within a sixth of a layer with both faces free, whose bending as a plate is the shell's
+            Support::Hollow => 2.0 * ellipse.mean_half_m(),
+        };
+        let even_m = hardness_pa / youngs_reduced_pa * depth_m;
+        let spot = Spot {
+            elastic_m: self.law.recovery * even_m,
+            bowl: Sink::bowl(surface.support()),
+            slide: Slide::of(press, &ellipse),
+            ellipse,
+        };
+        Some(Met { pressure_pa: hardness_pa / spot.mean(), strain: stiffness * slope, spot })
+    }
+
+    /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
+    ///
+    /// Returns the force on the wall over Young's modulus, positive towards the axis, m².
+    fn bend(&self, surface: &Surface, press: &Press, step: &Step, face: &impl Face, contacts: &mut Contacts) -> f32 {
+        let Some(bending) = surface.bending() else { return 0.0 };
+        let way = GivenWay::settled(contacts, |contacts, way| {
+            let met = self.meet(surface, press, step, face, contacts, |chunk| way.rest(chunk))?;
+            let carried = radial(press, &met.spot, contacts, face, |chunk| way.rest(chunk));
+            let force_n = carried * (met.pressure_pa * step.element_rad_m);
+            let ellipse = &met.spot.ellipse;
+            let patch_m = ellipse.mean_half_m();
+            Some(Asked {
+                load_m2: force_n / press.strength.youngs_pa,
+                compliance_per_m: bending.compliance(press.centre_m.z + ellipse.above_m, patch_m),
+                bow_per_m3: bending.bow(patch_m),
+            })
+        });
+        outwards(press.side) * way.load_m2
     }
 
     /// H/σ_y for E*/σ_y and the tool's slope at the edge of the contact.
@@ -276,11 +338,16 @@ impl Face for Faceted {
 }
 
 /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
-fn contact_ellipse(contacts: &Contacts, step: &Step, face: &impl Face) -> Option<(Ellipse, f32)> {
+fn contact_ellipse(
+    contacts: &Contacts,
+    step: &Step,
+    face: &impl Face,
+    penetration_m: impl Fn(&Chunk) -> f32x8,
+) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::default();
     let mut slopes = f32x8::ZERO;
     for (number, chunk) in contacts.chunks.iter().enumerate() {
-        let touched = chunk.touched();
+        let touched = penetration_m(chunk).simd_gt(f32x8::ZERO);
         let weight = chunk.radius_m & touched;
         let above = chunk.above_m & touched;
         let Lean { aside, up, ahead } = face.lean(contacts, number, chunk, above);
@@ -305,17 +372,30 @@ pub(super) fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
 /// A contact and how the clay gives way in it.
 pub(super) struct Spot {
     pub(super) ellipse: Ellipse,
-    /// Depth to which clay springs back in the middle, m.
+    /// Depth to which clay springs back in the middle, m, and how it falls from there: see [`Sink::bowl`].
     pub(super) elastic_m: f32,
+    pub(super) bowl: [f32; 2],
     pub(super) slide: Slide,
+}
+
+/// What the clay opposes to a tool.
+struct Met {
+    spot: Spot,
+    /// Pressure in the middle where all of the contact yields, Pa: the mean H over the spot's mean.
+    pressure_pa: f32,
+    /// X, strain over yield strain.
+    strain: f32,
 }
 
 impl Spot {
     /// Least part of the elastic depth: some of it is left at the bottom of a groove, or pressure would have no scale.
     const LEFT: f32 = 0.15;
 
-    /// Mean elastic depth over the contact, over that in the middle: `1 − 0.35/2 − 0.14/4`.
-    pub(super) const MEAN: f32 = 0.79;
+    /// Mean elastic depth over the contact, over that in the middle.
+    pub(super) fn mean(&self) -> f32 {
+        let [near, edge] = self.bowl;
+        1.0 - 0.5 * near - 0.25 * edge
+    }
 
     /// Elastic depth at a place, and what it would be if all of the contact gave way as its middle does, m.
     pub(super) fn elastic_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
@@ -323,7 +403,8 @@ impl Spot {
         let (arc, above) = (arc - ellipse.arc_m, above - ellipse.above_m);
         let (across, up) = (arc * (1.0 / ellipse.half_arc_m), above * (1.0 / ellipse.half_height_m));
         let q2 = (across * across + up * up).fast_min(f32x8::ONE);
-        let shape = f32x8::ONE - q2 * (q2 * q2 * 0.14 + 0.35);
+        let [near, edge] = self.bowl;
+        let shape = f32x8::ONE - q2 * (q2 * q2 * edge + near);
         let middle = f32x8::splat(self.elastic_m);
         if self.slide.share == 0.0 {
             return (shape * middle, middle);
@@ -378,4 +459,28 @@ fn yields(
         pushes.push(Push { depth_m: push, rising: (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) });
     }
     Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
+}
+
+/// Sum of share·area·(the normal's part along the tool's own ray, away from the clay), over the area of an element at radius 1.
+fn radial(
+    press: &Press,
+    spot: &Spot,
+    contacts: &Contacts,
+    face: &impl Face,
+    penetration_m: impl Fn(&Chunk) -> f32x8,
+) -> f32 {
+    let [mut x, mut y] = [f32x8::ZERO; 2];
+    let outwards = outwards(press.side);
+    for (number, chunk) in contacts.chunks.iter().enumerate() {
+        let depth = penetration_m(chunk);
+        let above = chunk.above_m & depth.simd_gt(f32x8::ZERO);
+        let Lean { aside, ahead, .. } = face.lean(contacts, number, chunk, above);
+        let (_, middle) = spot.elastic_m(chunk.radius_m * chunk.angle_rad, above);
+        let carried = (depth / middle).fast_min(f32x8::ONE) * (chunk.radius_m - depth * outwards);
+        let aside = carried / ahead * (aside * outwards);
+        x += carried * chunk.cos - aside * chunk.sin;
+        y += carried * chunk.sin + aside * chunk.cos;
+    }
+    let (sin, cos) = libm::sincosf(contacts.angle_rad);
+    sum(x) * cos + sum(y) * sin
 }

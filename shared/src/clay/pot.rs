@@ -3,11 +3,12 @@
 //! The only place that knows how many surfaces a pot has (today the outer one) and how the inner wall follows.
 //! Invariant: a pot made from the same specification is the same, bit for bit.
 
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use glam::Vec3;
 
-use super::{Digest, GridError, GridShape, Surface, Window};
+use super::{Digest, GridError, GridShape, Surface, WallBending, Window};
 use crate::tool::Side;
 use crate::units::Metres;
 
@@ -25,6 +26,53 @@ pub struct PotSpec {
     /// Whether clay that is pressed away and not raised beside makes the pot higher, as in
     /// [`super::MethodKind::keeps_volume`].
     pub keeps_volume: bool,
+    /// What stands behind the wall.
+    pub support: Support,
+}
+
+/// What stands behind a pot's wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Support {
+    /// A rigid core on which the clay slides: the wall cannot give way as a whole.
+    #[default]
+    Backed,
+    /// Nothing: the wall bends under a tool and springs back.
+    Hollow,
+}
+
+impl Support {
+    /// Its number in messages.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Backed => 0,
+            Self::Hollow => 1,
+        }
+    }
+
+    /// The support of a number; the default one for a number that means nothing here.
+    #[must_use]
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            1 => Self::Hollow,
+            _ => Self::Backed,
+        }
+    }
+
+    /// Its name, as people write it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Backed => "backed",
+            Self::Hollow => "hollow",
+        }
+    }
+
+    /// The support of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Backed, Self::Hollow].into_iter().find(|support| support.name() == name)
+    }
 }
 
 /// Why a pot cannot be made.
@@ -48,7 +96,7 @@ pub enum PotError {
 }
 
 impl Default for PotSpec {
-    /// The paper's 360 × 400 elements on a cylinder of 60 mm radius, 200 mm height and 8 mm wall.
+    /// The paper's 360 × 400 elements on a cylinder of 60 mm radius, 200 mm height and 8 mm wall, backed.
     fn default() -> Self {
         Self {
             shape: GridShape::PAPER,
@@ -56,6 +104,7 @@ impl Default for PotSpec {
             radius: Metres::from_mm(60.0),
             wall: Metres::from_mm(8.0),
             keeps_volume: true,
+            support: Support::Backed,
         }
     }
 }
@@ -112,12 +161,15 @@ impl Pot {
         spec.check()?;
         // the inner wall needs room beside the axis
         let radius_min_m = (spec.radius.0 * Self::RADIUS_MIN_SHARE).max(spec.wall.0 * 1.25).min(spec.radius.0);
+        let bending = (spec.support == Support::Hollow)
+            .then(|| Arc::new(WallBending::new(spec.radius.0, spec.wall.0, spec.height.0)));
         let outer = Surface::cylinder(
             spec.shape,
             spec.height.0,
             spec.radius.0,
             (radius_min_m, PotSpec::RADIUS_MAX.0),
             spec.wall.0,
+            bending,
         );
         Ok(Self { spec, surfaces: alloc::vec![outer] })
     }

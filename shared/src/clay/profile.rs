@@ -9,11 +9,12 @@ use core::f32::consts::{PI, TAU};
 use glam::Vec3;
 use wide::f32x8;
 
+use super::bending::POISSON;
 use super::contact::{LANES, load, sum};
 use super::ellipse::{Ellipse, Step};
-use super::plastic::{POISSON, STEEPEST, Slide, Spot, layer_depth_m};
+use super::plastic::{STEEPEST, Slide, Spot, layer_depth_m};
 use super::rim::{Rim, area};
-use super::{Contact, PlasticCsem, Strength};
+use super::{Contact, PlasticCsem, Sink, Strength, Support};
 
 /// Places round the pot at which an element is looked at while it passes the tool.
 const NODES: usize = 8;
@@ -168,7 +169,8 @@ impl Profile {
         let radius_m = libm::sqrtf(ellipse.half_arc_m * ellipse.half_height_m);
         let elastic_m = law.law.recovery * hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, self.thickness_m);
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
-        let spot = Spot { ellipse, elastic_m, slide: Slide { along: share, up: 0.0, share } };
+        let slide = Slide { along: share, up: 0.0, share };
+        let spot = Spot { ellipse, elastic_m, bowl: Sink::bowl(Support::Backed), slide };
         let (carried, dent) = self.press(pass, &spot, rows.clone());
         if let Some(dent) = dent {
             let rising = law.rim_share(stiffness * slope);
@@ -182,7 +184,7 @@ impl Profile {
         }
         self.settle(pass, rows);
         Contact {
-            force_n: carried.force * (hardness_pa / Spot::MEAN * self.step.row_m),
+            force_n: carried.force * (hardness_pa / spot.mean() * self.step.row_m),
             elements: (ellipse.content / (ellipse.radius_m * self.step.element_rad_m)) as u32,
             penetration_m: carried.deepest_m,
             sink: None,

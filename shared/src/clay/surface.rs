@@ -10,7 +10,7 @@ use glam::Vec2;
 use wide::f32x8;
 
 use super::contact::{LANES, load};
-use super::{Digest, Footprint, GridShape, Window};
+use super::{Digest, Footprint, GridShape, Support, WallBending, Window};
 use crate::tool::Lattice;
 
 /// A grid of circular sector elements: radius r(θ, z) of the skin at evenly spaced angles and heights.
@@ -25,6 +25,8 @@ pub struct Surface {
     radius_min_m: f32,
     radius_max_m: f32,
     thickness_m: f32,
+    /// How the wall bends, when nothing stands behind it.
+    bending: Option<Arc<WallBending>>,
     /// No element is or ever was wider, m.
     widest_m: f32,
     /// Cosine and sine of each column's angle.
@@ -40,6 +42,7 @@ impl PartialEq for Surface {
             && self.height_m == other.height_m
             && self.bounds_m() == other.bounds_m()
             && self.thickness_m == other.thickness_m
+            && self.bending == other.bending
             && self.radii_m == other.radii_m
     }
 }
@@ -49,13 +52,15 @@ impl Surface {
     /// multiples of it.
     pub const STEP_M: f32 = 1.0 / 262_144.0;
 
-    /// A cylinder of `radius_m` and `height_m` with `thickness_m` of clay behind its skin, whose radii will stay within `radius_min_m..=radius_max_m`.
+    /// A cylinder of `radius_m` and `height_m` with `thickness_m` of clay behind its skin, whose radii will stay within
+    /// `radius_min_m..=radius_max_m`, and which bends when nothing stands behind the clay.
     pub(super) fn cylinder(
         shape: GridShape,
         height_m: f32,
         radius_m: f32,
         (radius_min_m, radius_max_m): (f32, f32),
         thickness_m: f32,
+        bending: Option<Arc<WallBending>>,
     ) -> Self {
         let (radius_min_m, radius_max_m) = (
             libm::floorf(radius_min_m / Self::STEP_M) * Self::STEP_M,
@@ -69,6 +74,7 @@ impl Surface {
             radius_min_m,
             radius_max_m,
             thickness_m,
+            bending,
             widest_m: radius_m,
             directions: directions(shape),
             radii_m: alloc::vec![radius_m; shape.elements()],
@@ -97,6 +103,18 @@ impl Surface {
     #[must_use]
     pub const fn thickness_m(&self) -> f32 {
         self.thickness_m
+    }
+
+    /// What stands behind the clay.
+    #[must_use]
+    pub const fn support(&self) -> Support {
+        if self.bending.is_some() { Support::Hollow } else { Support::Backed }
+    }
+
+    /// How the wall bends; nothing when it is backed.
+    #[must_use]
+    pub fn bending(&self) -> Option<&WallBending> {
+        self.bending.as_deref()
     }
 
     /// A radius that no element exceeds, m; not always the smallest such.
@@ -225,7 +243,14 @@ impl Surface {
     /// A skin of the same clay on another grid with radii `[columns][rows]`, m, which the bounds hold.
     pub(super) fn with_radii(&self, shape: GridShape, radii_m: &[f32]) -> Self {
         let elements = |shape: GridShape| f64::from(shape.columns()) * f64::from(shape.rows() - 1);
-        let mut other = Self::cylinder(shape, self.height_m, self.radius_max_m, self.bounds_m(), self.thickness_m);
+        let mut other = Self::cylinder(
+            shape,
+            self.height_m,
+            self.radius_max_m,
+            self.bounds_m(),
+            self.thickness_m,
+            self.bending.clone(),
+        );
         other.widest_m = self.widest_m;
         for (element, &radius_m) in radii_m.iter().enumerate() {
             let (column, row) = (element / shape.rows() as usize, element % shape.rows() as usize);

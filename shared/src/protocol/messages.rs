@@ -100,6 +100,8 @@ pub struct PotWire {
     pub radius_m: f32,
     /// Wall thickness, m.
     pub wall_m: f32,
+    /// Number of what stands behind the wall.
+    pub support: u8,
 }
 
 /// What clay is made of; twelve bytes.

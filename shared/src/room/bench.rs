@@ -125,6 +125,7 @@ impl Bench {
                 height_m: spec.height.0,
                 radius_m: spec.radius.0,
                 wall_m: spec.wall.0,
+                support: spec.support.number(),
             },
             wheel: self
                 .conditions

@@ -11,7 +11,7 @@ use core::time::Duration;
 use super::assembly::Assembly;
 use super::lead::Lead;
 use super::runs;
-use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, Wheel};
+use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, Support, Wheel};
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
 use crate::snapshot::{Replica, SnapshotError, Touched, Version};
@@ -404,6 +404,7 @@ fn pot_of(welcome: &Welcome) -> Result<Pot, crate::clay::PotError> {
         radius: Metres(pot.radius_m),
         wall: Metres(pot.wall_m),
         keeps_volume: MethodKind::from_number(welcome.method).keeps_volume(),
+        support: Support::from_number(pot.support),
     })
 }
 

@@ -3,12 +3,12 @@
 //! A row is all that a method or a yardstick needs to stand in every file and picture.
 //! Invariant: names are unique; a row's colour and mark follow from its place.
 
-use pottery_shared::clay::{GridShape, MethodKind};
+use pottery_shared::clay::{self, GridShape, MethodKind, PotSpec};
 
 use super::ChartError;
 use super::cases::Support;
 use crate::dent::{Dent, DentError, Dented};
-use crate::yardstick::{self, free_form, greens, long_elements};
+use crate::yardstick::{free_form, greens, long_elements};
 
 /// What answers a press.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +17,8 @@ pub enum Model {
     Method(MethodKind),
     /// A yardstick, which is asked for a whole dent.
     Yardstick {
-        /// The dent; the words of the error are shown as they are.
-        dent: fn(&Dent, Support) -> Result<Dented, String>,
+        /// The dent.
+        dent: fn(&Dent) -> Result<Dented, DentError>,
         /// Most columns of a grid on which it is asked: more would take too long.
         columns_max: u32,
         /// The same when there is little time; 0 leaves it out.
@@ -47,7 +47,7 @@ pub const ENTRANTS: &[Entrant] = &[
         name: "ours",
         title: "ours",
         model: Model::Method(MethodKind::Plastic),
-        supports: &[Support::Backed],
+        supports: &[Support::Backed, Support::Hollow],
         choose: "Choose it by default: it is the only one whose clay holds a still tool, springs back, rises round the dent \
                  and pushes back with the force of clay.",
     },
@@ -70,22 +70,14 @@ pub const ENTRANTS: &[Entrant] = &[
     Entrant {
         name: "free-form",
         title: "free-form deformation",
-        model: Model::Yardstick {
-            dent: |dent, support| pressed(free_form::press, dent, support),
-            columns_max: 1440,
-            columns_max_quick: 1440,
-        },
+        model: Model::Yardstick { dent: free_form::press, columns_max: 1440, columns_max_quick: 1440 },
         supports: &[Support::Backed],
         choose: "A yardstick for drawing shapes: it has neither a force nor a material, and rings between its control points.",
     },
     Entrant {
         name: "long-elements",
         title: "long elements",
-        model: Model::Yardstick {
-            dent: |dent, support| pressed(long_elements::press, dent, support),
-            columns_max: 1440,
-            columns_max_quick: 1440,
-        },
+        model: Model::Yardstick { dent: long_elements::press, columns_max: 1440, columns_max_quick: 1440 },
         supports: &[Support::Backed, Support::Hollow],
         choose: "A yardstick for soft bodies that are full of liquid: all of it springs back, so that nothing can be shaped.",
     },
@@ -93,7 +85,7 @@ pub const ENTRANTS: &[Entrant] = &[
         name: "greens",
         title: "Green's functions",
         model: Model::Yardstick {
-            dent: |dent, support| pressed(greens::press, dent, support),
+            dent: greens::press,
             // it solves on no finer grid
             columns_max: 360,
             columns_max_quick: 360,
@@ -102,20 +94,6 @@ pub const ENTRANTS: &[Entrant] = &[
         choose: "A yardstick for what is elastic, and exact there; nothing stays when the tool has gone.",
     },
 ];
-
-/// Presses with a yardstick; none of them knows a finger inside.
-fn pressed(
-    press: fn(&Dent, yardstick::Support) -> Result<Dented, DentError>,
-    dent: &Dent,
-    support: Support,
-) -> Result<Dented, String> {
-    let behind = match support {
-        Support::Backed => yardstick::Support::Backed,
-        Support::Hollow => yardstick::Support::Hollow,
-        Support::Finger => return Err("it knows no finger inside the pot".to_owned()),
-    };
-    press(dent, behind).map_err(|error| error.to_string())
-}
 
 impl Entrant {
     /// The method, when it is one.
@@ -147,14 +125,15 @@ impl Entrant {
     /// The dent that it makes in a wall with a support.
     ///
     /// # Errors
-    /// [`ChartError`] when the press makes no sense, or the yardstick's own.
+    /// [`ChartError`] when the press makes no sense.
     pub fn dent(&self, dent: &Dent, support: Support) -> Result<Dented, ChartError> {
-        match self.model {
-            Model::Method(method) => Ok(Dent { method, ..*dent }.press()?),
-            Model::Yardstick { dent: press, .. } => {
-                press(dent, support).map_err(|why| ChartError::Yardstick { name: self.name, why })
-            }
-        }
+        // of a finger inside nobody knows; the methods take the wall as backed
+        let behind = if support == Support::Hollow { clay::Support::Hollow } else { clay::Support::Backed };
+        let dent = Dent { pot: PotSpec { support: behind, ..dent.pot }, ..*dent };
+        Ok(match self.model {
+            Model::Method(method) => Dent { method, ..dent }.press()?,
+            Model::Yardstick { dent: press, .. } => press(&dent)?,
+        })
     }
 }
 

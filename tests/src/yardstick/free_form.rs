@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::linear::Cholesky;
-use super::{Scene, Support, median_ns};
+use super::{Scene, median_ns};
 use crate::dent::{Dent, DentError, Dented};
 
 /// Control points within the tool's radius and damping of the pseudo-inverse: of 36 pairs from 1.5 to 5 and from 10⁻⁶ to
@@ -158,7 +158,7 @@ impl Lattice {
 ///
 /// # Errors
 /// [`DentError`] for figures that make no sense.
-pub fn press(dent: &Dent, _support: Support) -> Result<Dented, DentError> {
+pub fn press(dent: &Dent) -> Result<Dented, DentError> {
     press_on(dent, CONTROL_POINTS_PER_TOOL, DAMPING)
 }
 

@@ -8,12 +8,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use pottery_shared::clay::GridShape;
+use pottery_shared::clay::{GridShape, Support};
 
 use super::closed_forms::contact_modulus_mpa;
 use super::linear::Cholesky;
 use super::shell::{Compliance, End, Shell};
-use super::{POISSON, Scene, Support, median_ns};
+use super::{POISSON, Scene, median_ns};
 use crate::dent::{Dent, DentError, Dented};
 
 /// Steps in which the tool comes in; each starts from the last one's contact.
@@ -361,13 +361,13 @@ fn bend(scene: &Scene, shell: &Compliance, reached: &[(i64, usize, f64)], forces
 ///
 /// # Errors
 /// [`DentError`] for figures that make no sense.
-pub fn press(dent: &Dent, support: Support) -> Result<Dented, DentError> {
+pub fn press(dent: &Dent) -> Result<Dented, DentError> {
     let asked = Scene::of(dent)?;
     let paper = GridShape::PAPER;
     let coarse = GridShape::new(asked.shape.columns().min(paper.columns()), asked.shape.rows().min(paper.rows()));
     let scene = Scene { shape: coarse.map_err(pottery_shared::clay::PotError::from)?, ..asked };
     let reached = scene.reached();
-    let wall = Wall::of(&scene, support);
+    let wall = Wall::of(&scene, dent.pot.support);
     let mut contact = wall.contact(&scene, &reached);
     let mut radial_mm = vec![0.0; scene.shape.elements()];
     let step_ns = median_ns(UPDATES, |number| {

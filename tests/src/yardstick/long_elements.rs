@@ -5,7 +5,9 @@
 //! knows no bending: of a hollow pot it drops the pressure, since nothing closes the volume behind the wall.
 //! Invariant: of closed elements the volume is kept to rounding after every relaxation.
 
-use super::{POISSON, Scene, Support, median_ns};
+use pottery_shared::clay::Support;
+
+use super::{POISSON, Scene, median_ns};
 use crate::dent::{Dent, DentError, Dented};
 
 /// Steps in which the tool comes in; each starts from the last one's rest.
@@ -188,13 +190,13 @@ impl LongElements {
 ///
 /// # Errors
 /// [`DentError`] for figures that make no sense.
-pub fn press(dent: &Dent, support: Support) -> Result<Dented, DentError> {
+pub fn press(dent: &Dent) -> Result<Dented, DentError> {
     let scene = Scene::of(dent)?;
     let sides_mm = [scene.column_rad() * scene.radius_mm, scene.row_mm()];
     let shear_mpa = scene.youngs_mpa / (2.0 * (1.0 + POISSON));
     let (stiffness, tension) = (scene.youngs_mpa / scene.wall_mm, shear_mpa * scene.wall_mm / 3.0);
     let shape = [scene.columns(), scene.rows()];
-    let mut elements = LongElements::new(shape, sides_mm, [stiffness, tension], support == Support::Backed);
+    let mut elements = LongElements::new(shape, sides_mm, [stiffness, tension], dent.pot.support == Support::Backed);
     // turned by half a turn, so that the window need not close over the seam
     let half = scene.columns() / 2;
     let angle = |column: usize| (column as f64 - half as f64) * scene.column_rad();

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
+use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::Dent;
 
@@ -22,9 +22,11 @@ enum MethodName {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Support {
-    /// The inner wall cannot give way
+enum SupportName {
+    /// The wall cannot give way as a whole
     Backed,
+    /// The wall bends (ours; the others take every wall as backed)
+    Hollow,
 }
 
 #[derive(clap::Args, Debug)]
@@ -42,9 +44,9 @@ pub(crate) struct DentFlags {
     /// Travel of the tool from first touch
     #[arg(long, default_value_t = 2.0)]
     depth_mm: f32,
-    /// What holds the wall
-    #[arg(long, value_enum, default_value_t = Support::Backed)]
-    support: Support,
+    /// What stands behind the wall
+    #[arg(long, value_enum, default_value_t = SupportName::Backed)]
+    support: SupportName,
     /// Columns x rows
     #[arg(long, default_value = "360x400", value_parser = grid)]
     grid: GridShape,
@@ -77,7 +79,6 @@ fn grid(text: &str) -> Result<GridShape, String> {
 
 /// Presses as the flags say, writes the surface and prints what was measured.
 pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
-    let Support::Backed = flags.support;
     let dent = Dent {
         method: match flags.method {
             MethodName::Ours => MethodKind::Plastic,
@@ -89,6 +90,10 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
             height: Metres::from_mm(flags.height_mm),
             radius: Metres::from_mm(flags.pot_radius_mm),
             wall: Metres::from_mm(flags.wall_mm),
+            support: match flags.support {
+                SupportName::Backed => Support::Backed,
+                SupportName::Hollow => Support::Hollow,
+            },
             ..PotSpec::default()
         },
         strength: Strength { youngs_pa: flags.youngs_mpa * 1e6, yield_pa: flags.yield_kpa * 1e3 },

@@ -1,0 +1,180 @@
+//! A tool at a hollow pot: the wall bends in series with the clay under the tool, against the finite-element reference.
+//!
+//! The reference is not of this project's making; `tests/data/reference/README.md` says where it stands.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::Vec3;
+use pottery_shared::clay::{
+    Contact, GridShape, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Support, WallBending,
+};
+use pottery_shared::tool::{Side, Sphere};
+use pottery_shared::units::Metres;
+use pottery_tests::dent::{Dent, Dented};
+use pottery_tests::reference::{ForceCurve, Profile};
+
+const FORCE: &str = include_str!("../data/reference/A_depth_force.csv");
+
+fn profile(depth_mm: u32, release: bool) -> Profile {
+    Profile::parse(match (depth_mm, release) {
+        (1, true) => include_str!("../data/reference/A_d1U_profile.csv"),
+        (1, false) => include_str!("../data/reference/A_d1L_profile.csv"),
+        (2, true) => include_str!("../data/reference/A_d2U_profile.csv"),
+        _ => include_str!("../data/reference/A_d2L_profile.csv"),
+    })
+    .unwrap()
+}
+
+fn spec(shape: GridShape) -> PotSpec {
+    PotSpec { shape, support: Support::Hollow, ..PotSpec::default() }
+}
+
+fn dent(depth_mm: u32, release: bool, shape: GridShape) -> Dent {
+    Dent {
+        method: MethodKind::Plastic,
+        pot: spec(shape),
+        strength: Strength::default(),
+        tool: Metres::from_mm(12.0),
+        depth: Metres::from_mm(depth_mm as f32),
+        release,
+        round: None,
+    }
+}
+
+fn pressed(depth_mm: u32, release: bool) -> (Dented, f64) {
+    let dent = dent(depth_mm, release, GridShape::PAPER);
+    let dented = dent.press().unwrap();
+    let error = dented.error(&profile(depth_mm, release), &dent);
+    (dented, error)
+}
+
+/// One step of a sphere whose near side stands `depth_mm` deep in the wall at an angle and a height.
+fn step(pot: &mut Pot, side: Side, depth_mm: f32, angle_rad: f32, z_mm: f32) -> Contact {
+    let tool = Sphere::new(Metres::from_mm(12.0)).unwrap();
+    let distance_mm = match side {
+        Side::Outside => 60.0 + 12.0 - depth_mm,
+        Side::Inside => 52.0 - 12.0 + depth_mm,
+    };
+    let (sin, cos) = angle_rad.sin_cos();
+    let press = Press { side, ..Press::held(tool, Vec3::new(distance_mm * cos, distance_mm * sin, z_mm) * 1e-3) };
+    SubStep::for_grid(pot.spec().shape).advance(pot, &[press], MethodKind::Plastic, |_, _| {})[0]
+}
+
+#[test]
+fn hollow_pot_under_the_tool_has_the_reference_s_shape() {
+    let errors: Vec<f64> = [1, 2].iter().map(|&depth| pressed(depth, false).1).collect();
+    println!("loaded, RMS over travel: {errors:.4?}");
+    // three quarters of it is bending, of which this reference has nine tenths of the shell's at the same force; on a finer
+    // mesh the same pot bends as the shell within 3 %
+    assert!(errors.iter().all(|error| *error < 0.02), "{errors:.4?}");
+}
+
+#[test]
+fn hollow_pot_springs_back_but_for_the_dent_under_the_tool() {
+    for depth in [1, 2] {
+        let (dented, error) = pressed(depth, true);
+        let (tip, reference) = (dented.radial_mm_at(0.0, 100.0), profile(depth, true).radial_mm(0.0, 100.0));
+        let quarter = dented.radial_mm_at(std::f64::consts::FRAC_PI_2, 100.0);
+        println!("{depth} mm: error {error:.4}, tip {tip:.3} mm, reference {reference:.3} mm");
+        // of a reference that is good to a fifth of its dent, whose tip here is one element of its mesh
+        assert!(
+            error < 0.01 && (tip / reference - 1.0).abs() < 0.35,
+            "{depth} mm: {error:.4}, {tip:.3}, {reference:.3}"
+        );
+        assert!(quarter == 0.0, "{depth} mm: {quarter} mm stay a quarter round");
+    }
+}
+
+#[test]
+fn hollow_pot_carries_the_tool_with_the_reference_s_force() {
+    let curve = ForceCurve::parse(FORCE).unwrap();
+    for depth in [1, 2] {
+        let force = f64::from(pressed(depth, false).0.force_n);
+        let reference = curve.first_at_n(f64::from(depth) - 0.011).unwrap();
+        println!("{depth} mm: {force:.3} N, reference {reference:.3} N");
+        assert!((force / reference - 1.0).abs() < 0.05, "{depth} mm: {force:.3} N, reference {reference:.3} N");
+    }
+}
+
+#[test]
+fn wall_takes_three_quarters_of_the_travel() {
+    let mut pot = Pot::new(spec(GridShape::PAPER)).unwrap();
+    let contact = (0..300).map(|_| step(&mut pot, Side::Outside, 1.0, 0.0, 100.0)).last().unwrap();
+    let bend = contact.sink.unwrap().bend(&pot.surfaces()[0]).unwrap();
+    let (bent_mm, side_mm) = (bend.at_m(0.0, 0.1) * 1e3, -bend.at_m(std::f32::consts::FRAC_PI_2, 0.1) * 1e3);
+    println!("1 mm of travel: {bent_mm:.3} mm bending, {side_mm:.3} mm outwards a quarter round");
+    // the reference: 0.76 mm and 0.207 mm, with a wall that bends nine tenths as much as a shell
+    assert!((0.68..0.80).contains(&bent_mm) && (0.18..0.25).contains(&side_mm), "{bent_mm} mm, {side_mm} mm");
+}
+
+#[test]
+fn wall_and_clay_carry_the_same_force() {
+    let youngs_pa = Strength::default().youngs_pa;
+    for (side, inwards) in [(Side::Outside, 1.0), (Side::Inside, -1.0)] {
+        let mut worst = 0.0_f32;
+        for (number, z_mm) in [5.0, 60.0, 100.0, 150.0, 195.0].into_iter().enumerate() {
+            for depth_mm in [0.01, 0.1, 0.5, 1.0, 2.0, 5.0] {
+                let mut pot = Pot::new(spec(GridShape::PAPER)).unwrap();
+                // the first steps on untouched clay, where the contact changes most, and later ones
+                for _ in 0..30 {
+                    let angle = number as f32;
+                    let contact = step(&mut pot, side, depth_mm, angle, z_mm);
+                    let Some(sink) = contact.sink else { continue };
+                    let radial_n = contact.force_n.dot(Vec3::new(angle.cos(), angle.sin(), 0.0)) * inwards;
+                    let wall_n = sink.load_m2 * inwards * youngs_pa;
+                    worst = worst.max((wall_n / radial_n - 1.0).abs());
+                }
+            }
+        }
+        println!("{side:?}: {worst:.5}");
+        // the balance is found to a quarter of a per cent, and less closely where the last look comes first
+        assert!(worst < 0.01, "{side:?}: {worst}");
+    }
+}
+
+#[test]
+fn hollow_pot_is_softer_and_keeps_less_than_a_backed_one() {
+    let mut before = f32::INFINITY;
+    for support in [Support::Backed, Support::Hollow] {
+        let mut pot = Pot::new(PotSpec { support, ..PotSpec::default() }).unwrap();
+        let contact = (0..300).map(|_| step(&mut pot, Side::Outside, 1.0, 1.0, 100.0)).last().unwrap();
+        assert!(contact.force_n.length() < 0.5 * before, "{support:?}: {contact:?}");
+        before = contact.force_n.length();
+    }
+    // the rim gives way more than the foot
+    let force =
+        |z_mm| step(&mut Pot::new(spec(GridShape::PAPER)).unwrap(), Side::Outside, 1.0, 0.0, z_mm).force_n.length();
+    assert!(force(190.0) < force(100.0) && force(100.0) < force(15.0));
+}
+
+#[test]
+fn force_and_dent_of_a_hollow_pot_do_not_depend_on_the_grid() {
+    let fine = GridShape::new(1080, 1200).unwrap();
+    for release in [false, true] {
+        let (coarse, _) = pressed(2, release);
+        let fine = dent(2, release, fine).press().unwrap();
+        let force = (coarse.force_n / fine.force_n - 1.0).abs();
+        let shape = coarse.difference_mm(&fine, &dent(2, release, GridShape::PAPER)) / 2.0;
+        println!("three times finer: force {force:.4}, shape {shape:.4} of the travel");
+        // what the clay methods are asked for between 360 × 400 and finer
+        assert!(force < 0.01 && shape < 0.01, "force {force:.4}, shape {shape:.4}");
+    }
+}
+
+#[test]
+fn hollow_pot_does_not_depend_on_the_number_of_steps() {
+    let forces: Vec<f32> =
+        [30, 300].iter().map(|&steps| dent(2, true, GridShape::PAPER).press_in(steps).unwrap().force_n).collect();
+    // the balance is found to a quarter of a per cent in each
+    assert!((forces[0] / forces[1] - 1.0).abs() < 0.01, "{forces:?}");
+}
+
+#[test]
+fn pots_share_their_bending() {
+    let pot = Pot::new(spec(GridShape::PAPER)).unwrap();
+    let copy = pot.clone();
+    let at = |pot: &Pot| std::ptr::from_ref::<WallBending>(pot.surfaces()[0].bending().unwrap());
+    assert_eq!(at(&pot), at(&copy));
+    assert_eq!(pot, Pot::new(spec(GridShape::PAPER)).unwrap());
+    assert!(Pot::new(PotSpec::default()).unwrap().surfaces()[0].bending().is_none());
+    assert_ne!(pot, Pot::new(PotSpec::default()).unwrap());
+}
