@@ -162,7 +162,7 @@ impl Row for LatheFigures {
 
     fn cells(&self) -> Vec<Cell> {
         vec![
-            "plastic".into(),
+            "ours".into(),
             f64::from(self.rpm).into(),
             f64::from(self.pitch_over_contact).into(),
             (self.grid_ns * 1e-3).into(),
