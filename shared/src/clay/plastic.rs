@@ -134,7 +134,7 @@ impl PlasticCsem {
         let step = Step::of(surface);
         // the two faces part here and at what yields, so that the rim is laid in one place
         let contacts = &mut scratch.contacts;
-        let round = contacts.facing.is_empty().then(|| Round { steepest_m: STEEPEST * contacts.tool_m });
+        let round = contacts.facing.is_empty().then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
         let (load_m2, met) = match &round {
             Some(round) => self.bend_and_meet(surface, press, &step, round, contacts),
             None => self.bend_and_meet(surface, press, &step, &Faceted, contacts),

@@ -104,7 +104,9 @@ impl Press {
             Tool::Sphere(_) => self.orientation,
             Tool::Convex(_) => Pose::about_z(self.orientation, f64::from(turn * (share - 1.0))),
         };
-        Self { centre_m: Vec3::new(distance * cos, distance * sin, z), orientation, response, ..*self }
+        // the way so far, in the time that it took
+        let dt = Seconds(self.dt.0 * share);
+        Self { centre_m: Vec3::new(distance * cos, distance * sin, z), dt, orientation, response, ..*self }
     }
 }
 
