@@ -156,8 +156,9 @@ impl From<GridError> for ConfigError {
 /// The configuration file (TOML); every entry may be left out.
 ///
 /// ```
-/// let file: pottery_server::FileConfig = toml::from_str("listen = \"[::]:4747\"\nwheels = 4\n").unwrap();
-/// assert_eq!(file.into_config().unwrap().wheels, 4);
+/// let file = "listen = \"[::]:4747\"\nwheels = 4\nsupport = \"hollow\"\n";
+/// let config = toml::from_str::<pottery_server::FileConfig>(file).unwrap().into_config().unwrap();
+/// assert_eq!((config.wheels, config.pot.support.name()), (4, "hollow"));
 /// ```
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use glam::Vec3;
-use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Wetness};
+use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{FrameReader, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
@@ -65,11 +65,16 @@ impl World {
     }
 
     fn of(method: MethodKind, people: u64, wire: Wire, seed: u64) -> Self {
+        Self::round(PotSpec::default(), method, people, wire, seed)
+    }
+
+    /// People round a pot.
+    fn round(pot: PotSpec, method: MethodKind, people: u64, wire: Wire, seed: u64) -> Self {
         let room = Room::new(RoomConfig {
             code: "CLAY".into(),
             wheels: 1,
             people_max: 8,
-            pot: PotSpec::default(),
+            pot,
             method,
             wheel_speed: Rpm(60.0),
             clay: Material::default(),
@@ -246,6 +251,25 @@ fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
     let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
     assert!(world.corrections_um.len() > 100);
     assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
+
+#[test]
+fn a_hollow_pot_is_hollow_for_everybody_and_their_clay_the_same() {
+    let pressed_mm3 = [Support::Backed, Support::Hollow].map(|support| {
+        let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 10, duplicate_percent: 5 };
+        let mut world = World::round(PotSpec { support, ..PotSpec::default() }, MethodKind::Plastic, 3, wire, 1);
+        for now in 0..4800 {
+            world.step(now, hand);
+        }
+        world.assert_settled(1);
+        for (client, _) in world.clients.values() {
+            assert_eq!(client.as_ref().unwrap().predicted().spec().support, support);
+        }
+        world.room.pot(0).unwrap().pressed_m3() * 1e9
+    });
+    println!("pressed {pressed_mm3:.0?} mm³, backed and hollow");
+    // of a wall that bends away less than half is pressed
+    assert!(pressed_mm3[1] < 0.5 * pressed_mm3[0] && pressed_mm3[1] > 0.0, "{pressed_mm3:?} mm³");
 }
 
 /// Lets everybody press while the first asks for the wetness of each entry at its time; says what is left of the clay, mm³.
