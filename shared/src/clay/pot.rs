@@ -24,7 +24,7 @@ pub struct PotSpec {
     /// Thickness of wall and bottom.
     pub wall: Metres,
     /// Whether clay that is pressed away and not raised beside makes the pot higher, as in
-    /// [`super::MethodKind::keeps_volume`].
+    /// [`super::Method::keeps_volume`].
     pub keeps_volume: bool,
     /// What stands behind the wall.
     pub support: Support,

@@ -262,7 +262,7 @@ impl Surface {
         other
     }
 
-    /// Takes the radii as they are for those of the untouched skin, to which [`Surface::settle`] compares.
+    /// Takes the radii as they are for those of the untouched skin, to which its height is reckoned.
     pub fn take_as_untouched(&mut self) {
         let columns = 0..self.shape.columns();
         let mut ledger = Ledger::untouched(self.shape, self.ledger.first_height_m, 0.0);
