@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use pottery_shared::clay::{Digest, WallBending};
-use pottery_tests::reference::Profile;
+use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::yardstick::POISSON;
 use pottery_tests::yardstick::shell::{Compliance, End, Shell};
 
@@ -144,12 +144,8 @@ fn slender_wall_between_opposed_lines_is_a_ring() {
 #[test]
 fn far_field_is_the_reference_s() {
     let wall = bending(POTS[0]);
-    let cases = [
-        (1.2768, include_str!("../data/reference/A_d1L_profile.csv")),
-        (2.6031, include_str!("../data/reference/A_d2L_profile.csv")),
-    ];
-    for (force_n, text) in cases {
-        let reference = Profile::parse(text).unwrap();
+    for (force_n, depth_mm) in [(1.2768, 1), (2.6031, 2)] {
+        let reference = reference_profile(Standing::Hollow, depth_mm, false);
         let bend = wall.under(force_n / 2e6, 0.0, 0.1, 0.0);
         let [mut both, mut ours2, mut theirs2] = [0.0; 3];
         for (turn, step) in (0..=36).flat_map(|turn| (0..=20).map(move |step| (turn, step))) {

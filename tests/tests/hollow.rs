@@ -9,20 +9,11 @@ use pottery_shared::clay::{
 };
 use pottery_shared::tool::{Side, Sphere};
 use pottery_shared::units::Metres;
+use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
-use pottery_tests::reference::{ForceCurve, Profile};
+use pottery_tests::reference::ForceCurve;
 
 const FORCE: &str = include_str!("../data/reference/A_depth_force.csv");
-
-fn profile(depth_mm: u32, release: bool) -> Profile {
-    Profile::parse(match (depth_mm, release) {
-        (1, true) => include_str!("../data/reference/A_d1U_profile.csv"),
-        (1, false) => include_str!("../data/reference/A_d1L_profile.csv"),
-        (2, true) => include_str!("../data/reference/A_d2U_profile.csv"),
-        _ => include_str!("../data/reference/A_d2L_profile.csv"),
-    })
-    .unwrap()
-}
 
 fn spec(shape: GridShape) -> PotSpec {
     PotSpec { shape, support: Support::Hollow, ..PotSpec::default() }
@@ -43,7 +34,7 @@ fn dent(depth_mm: u32, release: bool, shape: GridShape) -> Dent {
 fn pressed(depth_mm: u32, release: bool) -> (Dented, f64) {
     let dent = dent(depth_mm, release, GridShape::PAPER);
     let dented = dent.press().unwrap();
-    let error = dented.error(&profile(depth_mm, release), &dent);
+    let error = dented.error(&reference_profile(Standing::Hollow, depth_mm, release), &dent);
     (dented, error)
 }
 
@@ -72,7 +63,8 @@ fn hollow_pot_under_the_tool_has_the_reference_s_shape() {
 fn hollow_pot_springs_back_but_for_the_dent_under_the_tool() {
     for depth in [1, 2] {
         let (dented, error) = pressed(depth, true);
-        let (tip, reference) = (dented.radial_mm_at(0.0, 100.0), profile(depth, true).radial_mm(0.0, 100.0));
+        let (tip, reference) =
+            (dented.radial_mm_at(0.0, 100.0), reference_profile(Standing::Hollow, depth, true).radial_mm(0.0, 100.0));
         let quarter = dented.radial_mm_at(std::f64::consts::FRAC_PI_2, 100.0);
         println!("{depth} mm: error {error:.4}, tip {tip:.3} mm, reference {reference:.3} mm");
         // of a reference that is good to a fifth of its dent, whose tip here is one element of its mesh

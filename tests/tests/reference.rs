@@ -5,20 +5,11 @@
 
 use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
 use pottery_shared::units::Metres;
+use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
-use pottery_tests::reference::{ForceCurve, Profile};
+use pottery_tests::reference::ForceCurve;
 
 const FORCE: &str = include_str!("../data/reference/B_depth_force.csv");
-
-fn profile(depth_mm: u32, release: bool) -> Profile {
-    Profile::parse(match (depth_mm, release) {
-        (1, true) => include_str!("../data/reference/B_d1U_profile.csv"),
-        (1, false) => include_str!("../data/reference/B_d1L_profile.csv"),
-        (2, true) => include_str!("../data/reference/B_d2U_profile.csv"),
-        _ => include_str!("../data/reference/B_d2L_profile.csv"),
-    })
-    .unwrap()
-}
 
 fn dent(method: MethodKind, depth_mm: u32, release: bool, shape: GridShape) -> Dent {
     Dent {
@@ -35,7 +26,7 @@ fn dent(method: MethodKind, depth_mm: u32, release: bool, shape: GridShape) -> D
 fn pressed(method: MethodKind, depth_mm: u32, release: bool) -> (Dented, f64) {
     let dent = dent(method, depth_mm, release, GridShape::PAPER);
     let dented = dent.press().unwrap();
-    let error = dented.error(&profile(depth_mm, release), &dent);
+    let error = dented.error(&reference_profile(Standing::Backed, depth_mm, release), &dent);
     (dented, error)
 }
 

@@ -1,14 +1,13 @@
 //! Each yardstick against its own closed form, and all of them on the dents of the reference.
 //!
 //! What a yardstick makes of clay is reported, not judged: none of these methods knows that clay yields.
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::PI;
 
 use pottery_shared::clay::{MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
+use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, DentError, Dented};
-use pottery_tests::reference::Profile;
 use pottery_tests::yardstick::free_form::Lattice;
 use pottery_tests::yardstick::greens::{Base, Contact, Layer, LocalTable};
 use pottery_tests::yardstick::long_elements::LongElements;
@@ -332,16 +331,6 @@ fn dent(depth_mm: u32, release: bool) -> Dent {
     }
 }
 
-fn profile(depth_mm: u32, release: bool) -> Profile {
-    Profile::parse(match (depth_mm, release) {
-        (1, true) => include_str!("../data/reference/B_d1U_profile.csv"),
-        (1, false) => include_str!("../data/reference/B_d1L_profile.csv"),
-        (2, true) => include_str!("../data/reference/B_d2U_profile.csv"),
-        _ => include_str!("../data/reference/B_d2L_profile.csv"),
-    })
-    .unwrap()
-}
-
 type Press = fn(&Dent) -> Result<Dented, DentError>;
 
 const YARDSTICKS: [(&str, Press); 3] =
@@ -353,7 +342,7 @@ fn every_yardstick_draws_the_tool_and_only_a_drawing_stays() {
         for (depth, release) in [(1, false), (2, false), (1, true), (2, true)] {
             let dent = dent(depth, release);
             let dented = press(&dent).unwrap();
-            let error = dented.error(&profile(depth, release), &dent);
+            let error = dented.error(&reference_profile(Standing::Backed, depth, release), &dent);
             let tip = dented.radial_mm_at(0.0, 100.0);
             println!(
                 "{name}, {depth} mm, {}: RMS/depth {error:.4}, tip {tip:.3} mm, force {:.2} N, in {:.1}, out {:.1} mm³, \

@@ -110,6 +110,19 @@ pub const CASES: &[Case] = &[
     case!(BASE, Finger, 1, true, "reference/F_d1U"),
 ];
 
+/// The surface of the reference's first scene, 1 or 2 mm deep.
+///
+/// # Panics
+/// Where the reference has no such dent.
+#[must_use]
+pub fn reference_profile(support: Support, depth_mm: u32, release: bool) -> Profile {
+    let stands = |case: &&Case| {
+        case.scene == BASE && case.support == support && case.depth_mm == depth_mm && case.release == release
+    };
+    let case = CASES.iter().find(stands).expect("the reference holds this dent");
+    case.reference().expect("the file is whole, as `chart::cases` shows each time it is drawn")
+}
+
 /// The reference's pot, sphere and clay, pressed to a depth on a grid.
 ///
 /// Outer radius 60 mm, wall 8 mm, height 200 mm; sphere of 12 mm; E = 2 MPa, yield stress 40 kPa.
