@@ -60,6 +60,7 @@ impl Status {
             Some(Fault::Position) => 1,
             Some(Fault::Jump) => 2,
             Some(Fault::Force) => 3,
+            Some(Fault::Specs) => 4,
         };
         self.fault.store(fault, Ordering::Relaxed);
         self.ticks.fetch_add(1, Ordering::Relaxed);
@@ -106,7 +107,8 @@ impl Status {
             0 => None,
             1 => Some(Fault::Position),
             2 => Some(Fault::Jump),
-            _ => Some(Fault::Force),
+            3 => Some(Fault::Force),
+            _ => Some(Fault::Specs),
         }
     }
 

@@ -8,7 +8,7 @@ mod scripted;
 mod simulated;
 
 use glam::Vec3;
-use pottery_shared::haptics::ForceLimits;
+use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::Sphere;
 
 pub use pointer::{Pointer, PointerDevice, pointer};
@@ -20,14 +20,28 @@ pub trait Device: Send {
     /// Where the tool's centre is at `seconds` since the hand began, m; `None` while there is no tool in the hand.
     fn position(&mut self, seconds: f64) -> Option<Vec3>;
 
+    /// How fast the tool went when [`Device::position`] was asked last, m/s, for a device that measures it; others leave it to
+    /// [`pottery_shared::haptics::VelocityEstimate`].
+    fn velocity(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// The buttons that were down then: bit n is button n.
+    fn buttons(&self) -> u32 {
+        0
+    }
+
     /// The tool in the hand.
     fn tool(&self) -> Sphere;
 
     /// Takes the force to give to the hand, N.
     fn set_force(&mut self, force_n: Vec3);
 
-    /// What it can render.
-    fn limits(&self) -> ForceLimits {
-        ForceLimits::default()
+    /// What it can render; asked once, before the first tick.
+    fn specs(&self) -> DeviceSpecs;
+
+    /// Takes the force away and lets the device go; called once, after the last tick, and may take its time.
+    fn close(&mut self) {
+        self.set_force(Vec3::ZERO);
     }
 }

@@ -79,9 +79,7 @@ impl HapticLoop {
     #[must_use]
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
         let hand = Hand::new(side.patches.read().clone());
-        let mut limits = device.limits();
-        limits.scale *= hand.method().felt_share();
-        let haptics = Haptics::new(limits);
+        let haptics = Haptics::new(device.specs(), hand.method().felt_share());
         Self {
             device,
             hand,
@@ -172,7 +170,7 @@ impl HapticLoop {
             missed_ticks += due.saturating_sub(local);
             local = due.max(local) + 1;
         }
-        self.device.set_force(Vec3::ZERO);
+        self.device.close();
         HapticReport {
             ticks: self.side.status.ticks(),
             late_ticks: self.side.status.late_ticks(),

@@ -3,26 +3,14 @@
 //! Knows no network, no clock and no device; reads the clay's answer, never changes clay.
 //! Invariant: the force it returns is finite and no longer than the device's limit, whatever came in.
 
+mod specs;
+mod velocity;
+
 use glam::Vec3;
 
 use crate::tool::Position;
-use crate::units::Newtons;
-
-/// What a device can render.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ForceLimits {
-    /// Largest force the device gives.
-    pub peak: Newtons,
-    /// Force felt for each newton of the clay's: below 1 lets a weak device work stiff clay.
-    pub scale: f32,
-}
-
-impl Default for ForceLimits {
-    /// A PHANToM Omni: 3.3 N.
-    fn default() -> Self {
-        Self { peak: Newtons(3.3), scale: 1.0 }
-    }
-}
+pub use specs::{DevicePreset, DeviceSpecs, PRESETS, SpecsError};
+pub use velocity::VelocityEstimate;
 
 /// Why the loop gives no force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,12 +24,16 @@ pub enum Fault {
     /// The clay's answer is not a number.
     #[error("the clay answered with a force that makes no sense; the force is off")]
     Force,
+    /// The device's limits are zero, or none.
+    #[error("the device reports limits that make no sense; the force is off: give its limits in the settings")]
+    Specs,
 }
 
 /// The checks and limits between device and clay, one tick at a time.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Haptics {
-    limits: ForceLimits,
+    specs: Result<DeviceSpecs, SpecsError>,
+    felt_share: f32,
     last: Option<Position>,
     fault: Option<Fault>,
     sound_ticks: u32,
@@ -53,16 +45,17 @@ impl Haptics {
     /// Sound ticks after which a fault is over.
     pub const RECOVERY_TICKS: u32 = 100;
 
-    /// A loop for a device with the given limits.
+    /// A loop for a device with the given specs, and the share of the clay's force to feel; the force stays off when the specs
+    /// make no sense.
     #[must_use]
-    pub const fn new(limits: ForceLimits) -> Self {
-        Self { limits, last: None, fault: None, sound_ticks: 0 }
+    pub fn new(specs: DeviceSpecs, felt_share: f32) -> Self {
+        Self { specs: specs.checked(), felt_share, last: None, fault: None, sound_ticks: 0 }
     }
 
     /// The fault that keeps the force off, if any.
     #[must_use]
     pub const fn fault(&self) -> Option<Fault> {
-        self.fault
+        if self.specs.is_err() { Some(Fault::Specs) } else { self.fault }
     }
 
     /// Checks what the device reported, m; `None` when there is nothing to press with in this tick.
@@ -93,10 +86,10 @@ impl Haptics {
         if !clay_force_n.is_finite() {
             self.fail(Fault::Force);
         }
-        if self.fault.is_some() {
-            return Vec3::ZERO;
+        match self.specs {
+            Ok(specs) if self.fault.is_none() => (clay_force_n * self.felt_share).clamp_length_max(specs.peak_force_n),
+            _ => Vec3::ZERO,
         }
-        (clay_force_n * self.limits.scale).clamp_length_max(self.limits.peak.0)
     }
 
     fn fail(&mut self, fault: Fault) {

@@ -13,10 +13,10 @@ use pottery_client::HapticLoop;
 use pottery_client::boundary::{NetSide, boundary};
 use pottery_client::device::Device;
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
-use pottery_shared::haptics::{Fault, ForceLimits, Haptics};
+use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::Sphere;
-use pottery_shared::units::{Newtons, Rpm, Tick};
+use pottery_shared::units::{Rpm, Tick};
 
 /// Counts what a thread asks of the allocator.
 struct Counting;
@@ -65,7 +65,7 @@ struct Held {
 
 struct TestDevice {
     held: Arc<Mutex<Held>>,
-    limits: ForceLimits,
+    specs: DeviceSpecs,
 }
 
 impl Device for TestDevice {
@@ -81,8 +81,8 @@ impl Device for TestDevice {
         self.held.lock().unwrap().force_n = force_n;
     }
 
-    fn limits(&self) -> ForceLimits {
-        self.limits
+    fn specs(&self) -> DeviceSpecs {
+        self.specs
     }
 }
 
@@ -95,13 +95,13 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(limits: ForceLimits, method: MethodKind) -> Self {
+    fn new(specs: DeviceSpecs, method: MethodKind) -> Self {
         let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(60.0)));
         let conditions = Conditions { wheel, method, ..Conditions::default() };
         let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
         let (side, net) = boundary(&Patch { field, conditions });
         let held = Arc::new(Mutex::new(Held::default()));
-        let device = TestDevice { held: Arc::clone(&held), limits };
+        let device = TestDevice { held: Arc::clone(&held), specs };
         Self { hand: HapticLoop::new(Box::new(device), side), net, held, local: 0 }
     }
 
@@ -118,7 +118,7 @@ impl Bench {
     }
 }
 
-const STRONG: ForceLimits = ForceLimits { peak: Newtons(1000.0), scale: 1.0 };
+const STRONG: DeviceSpecs = DeviceSpecs { peak_force_n: 1000.0, continuous_force_n: None, ..DeviceSpecs::OMNI };
 
 /// A tool 3 mm in the clay that moves slowly up and down.
 fn pressing(tick: u64) -> Vec3 {
@@ -134,7 +134,7 @@ fn allocator_is_counted() {
 #[test]
 fn tick_allocates_nothing() {
     for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
-        let mut bench = Bench::new(ForceLimits::default(), method);
+        let mut bench = Bench::new(DeviceSpecs::OMNI, method);
         let mut touching = 0;
         for tick in 0..3000 {
             // pressed, lifted now and then, at times at a place that makes no sense
@@ -283,7 +283,7 @@ fn jump_turns_the_force_off_until_the_tool_moves_like_a_hand_again() {
     assert_eq!(bench.tick(Some(elsewhere)), Vec3::ZERO);
     assert_eq!(bench.fault(), Some(Fault::Jump));
     // fresh clay there, so the force is that of the first touch
-    assert_recovers(&mut bench, elsewhere, Fault::Jump, before_n.max(STRONG.peak.0));
+    assert_recovers(&mut bench, elsewhere, Fault::Jump, before_n.max(STRONG.peak_force_n));
     // a fast hand is no jump
     let step = Vec3::new(0.0, 0.0, 0.9 * Haptics::JUMP_M);
     for tick in 1..8_u8 {
@@ -317,7 +317,7 @@ fn lifted_tool_feels_nothing() {
 
 #[test]
 fn too_large_a_force_is_shortened_and_keeps_its_direction() {
-    let weak = ForceLimits { peak: Newtons(0.3), scale: 1.0 };
+    let weak = DeviceSpecs { peak_force_n: 0.3, ..STRONG };
     let (mut strong, mut limited) = (Bench::new(STRONG, MethodKind::Improved), Bench::new(weak, MethodKind::Improved));
     let mut shortened = 0;
     for tick in 0..1000 {
@@ -325,11 +325,11 @@ fn too_large_a_force_is_shortened_and_keeps_its_direction() {
         let position = Some(pressing(tick) - Vec3::new(depth, 0.0, 0.0));
         let (full, found) = (strong.tick(position), limited.tick(position));
         // both forces are of f32, so their lengths are known to 1e-7 of themselves
-        let peak = weak.peak.0 * (1.0 + 1e-6);
+        let peak = weak.peak_force_n * (1.0 + 1e-6);
         assert!(found.length() <= peak, "tick {tick}: {} N", found.length());
-        if full.length() > weak.peak.0 {
+        if full.length() > weak.peak_force_n {
             shortened += 1;
-            assert!(found.length() > weak.peak.0 * 0.999, "tick {tick}: {found} N of {full} N");
+            assert!(found.length() > weak.peak_force_n * 0.999, "tick {tick}: {found} N of {full} N");
             assert!(found.normalize().dot(full.normalize()) > 1.0 - 1e-6, "tick {tick}: {found} N of {full} N");
         } else {
             assert_eq!(found, full, "tick {tick}");
@@ -339,13 +339,13 @@ fn too_large_a_force_is_shortened_and_keeps_its_direction() {
 }
 
 #[test]
-fn scaled_force_is_the_clays_times_the_scale() {
-    let scaled = ForceLimits { peak: Newtons(1000.0), scale: 0.25 };
-    let (mut full, mut quarter) = (Bench::new(STRONG, MethodKind::Original), Bench::new(scaled, MethodKind::Original));
-    for tick in 0..200 {
-        let (full, quarter) = (full.tick(Some(pressing(tick))), quarter.tick(Some(pressing(tick))));
-        // a power of two: exact
-        assert_eq!(quarter, full * 0.25, "tick {tick}");
+fn device_without_limits_gives_no_force_and_the_session_goes_on() {
+    for peak_force_n in [0.0, f32::NAN, -3.3, f32::INFINITY] {
+        let mut bench = Bench::new(DeviceSpecs { peak_force_n, ..STRONG }, MethodKind::Original);
+        for tick in 0..200 {
+            assert_eq!(bench.tick(Some(pressing(tick))), Vec3::ZERO, "{peak_force_n} N");
+            assert_eq!(bench.fault(), Some(Fault::Specs));
+        }
     }
 }
 

@@ -16,6 +16,7 @@ use pottery_client::device::Device;
 use pottery_client::view::{Link, SharedView, View};
 use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
+use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{Quality, Rate};
@@ -61,6 +62,10 @@ impl Device for Presser {
     }
 
     fn set_force(&mut self, _: Vec3) {}
+
+    fn specs(&self) -> DeviceSpecs {
+        DeviceSpecs::OMNI
+    }
 }
 
 struct Studio {

@@ -5,6 +5,7 @@
 //! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`].
 
 use glam::Vec3;
+use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::Sphere;
 
 use super::Device;
@@ -57,4 +58,8 @@ impl Device for PointerDevice {
     }
 
     fn set_force(&mut self, _: Vec3) {}
+
+    fn specs(&self) -> DeviceSpecs {
+        DeviceSpecs::MOUSE
+    }
 }

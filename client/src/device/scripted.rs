@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::Sphere;
 
 use super::Device;
@@ -34,4 +35,8 @@ impl Device for ScriptedDevice {
     }
 
     fn set_force(&mut self, _: Vec3) {}
+
+    fn specs(&self) -> DeviceSpecs {
+        DeviceSpecs::OMNI
+    }
 }

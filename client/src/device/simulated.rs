@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::Sphere;
 
 use super::Device;
@@ -86,5 +87,9 @@ impl Device for SimulatedDevice {
 
     fn set_force(&mut self, force_n: Vec3) {
         self.force_n = force_n;
+    }
+
+    fn specs(&self) -> DeviceSpecs {
+        DeviceSpecs::OMNI
     }
 }
