@@ -9,7 +9,7 @@ mod simulated;
 
 use glam::Vec3;
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Tool};
 
 pub use pointer::{Pointer, PointerDevice, pointer};
 pub use scripted::ScriptedDevice;
@@ -32,7 +32,13 @@ pub trait Device: Send {
     }
 
     /// The tool in the hand.
-    fn tool(&self) -> Sphere;
+    fn tool(&self) -> Tool;
+
+    /// How the tool is turned at the position last asked for; a device that cannot turn holds its tool upright, edge to
+    /// the clay. One that knows a turn in the room asks [`Orientation::of`].
+    fn orientation(&self) -> Orientation {
+        Orientation::default()
+    }
 
     /// Takes the force to give to the hand, N.
     fn set_force(&mut self, force_n: Vec3);

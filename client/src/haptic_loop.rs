@@ -101,14 +101,17 @@ impl HapticLoop {
     /// Does the tick of local number `local`: sample, press, force, send; then a few steps towards the newest patch.
     pub fn tick(&mut self, local: u64) {
         let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
+        // a tool that is still on its way to this hand is not in it
+        let tool = self.device.tool();
+        let reported = reported.filter(|_| self.hand.holds(tool));
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.side.status.note_tool(reported);
         match self.haptics.accept(reported) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
-                let tool = self.device.tool();
                 let side = self.hand.side(stamp, tool, centre);
-                self.felt = self.press(ToolSample { tick: stamp, tool, centre, side });
+                let orientation = self.device.orientation();
+                self.felt = self.press(ToolSample { tick: stamp, tool, orientation, centre, side });
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use glam::Vec3;
-use pottery_shared::tool::{Sphere, ToolError};
-use pottery_shared::units::{Metres, Rpm};
+use pottery_shared::tool::{Orientation, Tool, ToolError};
+use pottery_shared::units::Rpm;
 
 pub use recorder::StrokeRecorder;
 
@@ -29,10 +29,10 @@ const SPEED_MAX_M_S: f64 = 5.0;
 ///
 /// ```
 /// use pottery_client::stroke::Stroke;
-/// use pottery_shared::units::Metres;
+/// use pottery_shared::tool::{Shape, Tool};
 ///
-/// let stroke = Stroke::parse("# tool_radius_mm: 10\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.5,70,0,50\n")?;
-/// assert_eq!(stroke.tool_radius(), Metres::from_mm(10.0));
+/// let stroke = Stroke::parse("# tool: rib\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.5,70,0,50\n")?;
+/// assert_eq!(stroke.tool(), Tool::Convex(Shape::RIB));
 /// let halfway = stroke.at(0.25).ok_or("the tool is there")?;
 /// assert!((halfway.x - 0.080).abs() < 1e-6);
 /// assert_eq!(stroke.at(0.6), None);
@@ -40,7 +40,7 @@ const SPEED_MAX_M_S: f64 = 5.0;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    tool: Sphere,
+    tool: Tool,
     wheel_speed: Rpm,
     samples: Vec<Sample>,
 }
@@ -50,6 +50,7 @@ pub struct Stroke {
 struct Sample {
     time_s: f64,
     centre_m: Vec3,
+    orientation: Orientation,
     /// The tool was lifted before this sample, so that nothing lies between it and the one before.
     after_lift: bool,
 }
@@ -109,7 +110,10 @@ pub enum StrokeError {
         source: io::Error,
     },
     /// A row stands where the header should; write the header first.
-    #[error("line {line}: expected the header `t_s,x_mm,y_mm,z_mm` before the first row, found {found:?}")]
+    #[error(
+        "line {line}: expected the header `t_s,x_mm,y_mm,z_mm` before the first row, with `,yaw_deg,pitch_deg,roll_deg` \
+         if the tool turns; found {found:?}"
+    )]
     Header {
         /// Number of the line, from 1.
         line: usize,
@@ -119,13 +123,15 @@ pub enum StrokeError {
     /// There is no header, or no row under it; write at least one row.
     #[error("the stroke is empty: write the header `t_s,x_mm,y_mm,z_mm` and at least one row under it")]
     Empty,
-    /// A row has too few or too many columns; give four.
-    #[error("line {line}: found {found} columns, expected 4 separated by commas: t_s,x_mm,y_mm,z_mm")]
+    /// A row has too few or too many columns; give those of the header.
+    #[error("line {line}: found {found} columns, expected {expected} separated by commas, as in the header")]
     Columns {
         /// Number of the line, from 1.
         line: usize,
         /// Number of columns found.
         found: usize,
+        /// Number of columns in the header.
+        expected: usize,
     },
     /// A field is not a finite number; write it in digits with a decimal point.
     #[error("line {line}: {field} is {text:?}, expected a finite number such as -12.5")]
@@ -153,6 +159,17 @@ pub enum StrokeError {
         /// What is wrong with it.
         source: ToolError,
     },
+    /// No tool is called that; choose one that hangs on the wall.
+    #[error(
+        "line {line}: there is no tool {name:?}: choose rib, blade, knuckle or loop, the number of a tool brought along \
+         (from 4), or tool_radius_mm for a sphere"
+    )]
+    Shape {
+        /// Number of the line, from 1.
+        line: usize,
+        /// What stands there.
+        name: String,
+    },
     /// The wheel cannot turn that fast; choose a lower speed.
     #[error("line {line}: the wheel cannot turn at {rpm} rpm: choose from -{max_rpm} to {max_rpm}")]
     WheelSpeed {
@@ -177,7 +194,7 @@ impl Stroke {
     /// Turning speed of the wheel when a file names none.
     pub const WHEEL_SPEED: Rpm = Rpm(30.0);
 
-    const fn empty(tool: Sphere, wheel_speed: Rpm) -> Self {
+    const fn empty(tool: Tool, wheel_speed: Rpm) -> Self {
         Self { tool, wheel_speed, samples: Vec::new() }
     }
 
@@ -204,14 +221,28 @@ impl Stroke {
     /// Nothing before the first and after the last sample, and nothing while the tool is lifted.
     #[must_use]
     pub fn at(&self, seconds: f64) -> Option<Vec3> {
+        let (before, after, share) = self.around(seconds)?;
+        Some(before.centre_m.lerp(after.centre_m, share))
+    }
+
+    /// How the tool is turned at a time, each angle the short way between two samples; as it hangs when there is none.
+    #[must_use]
+    pub fn orientation_at(&self, seconds: f64) -> Orientation {
+        self.around(seconds).map_or_else(Orientation::default, |(before, after, share)| {
+            before.orientation.towards(after.orientation, share)
+        })
+    }
+
+    /// The samples before and after a time, and the share of the way between them.
+    fn around(&self, seconds: f64) -> Option<(&Sample, &Sample, f32)> {
         let later = self.samples.partition_point(|sample| sample.time_s <= seconds);
         let before = self.samples.get(later.checked_sub(1)?)?;
         if before.time_s == seconds {
-            return Some(before.centre_m);
+            return Some((before, before, 0.0));
         }
         let after = self.samples.get(later).filter(|after| !after.after_lift)?;
         let share = (seconds - before.time_s) / (after.time_s - before.time_s);
-        Some(before.centre_m.lerp(after.centre_m, share as f32))
+        Some((before, after, share as f32))
     }
 
     /// Time of the first sample, s.
@@ -234,14 +265,8 @@ impl Stroke {
 
     /// The tool it was made with.
     #[must_use]
-    pub const fn tool(&self) -> Sphere {
+    pub const fn tool(&self) -> Tool {
         self.tool
-    }
-
-    /// Radius of the tool it was made with.
-    #[must_use]
-    pub const fn tool_radius(&self) -> Metres {
-        self.tool.radius()
     }
 
     /// Turning speed of the wheel it was made on.

@@ -229,10 +229,10 @@ impl Worker {
         }
         let seconds = sample.tick.since(first.tick) as f64 * 1e-3;
         let centre_m = sample.centre.point_m();
-        let recorded = recording.push(seconds, centre_m).or_else(|_| {
+        let recorded = recording.push(seconds, centre_m, sample.orientation).or_else(|_| {
             // a tool taken away and brought back elsewhere
             recording.lift();
-            recording.push(seconds, centre_m)
+            recording.push(seconds, centre_m, sample.orientation)
         });
         match recorded {
             Ok(()) => self.last_recorded = Some(sample),

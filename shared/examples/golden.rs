@@ -4,7 +4,7 @@
 //! Invariant: no figure of the run comes from the host's own functions, whose last bits differ.
 
 use pottery_shared::clay::{Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Wheel};
-use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 /// Every method.
@@ -37,7 +37,8 @@ pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
         let sides = [Side::Outside, Side::Outside, Side::Inside];
         let mut presses = Vec::new();
         for ((tool, centre), (side, before)) in tools.into_iter().zip(places).zip(sides.into_iter().zip(&mut before)) {
-            let sample = ToolSample { tick: Tick(number as u64), tool, centre: Position(centre), side };
+            let (tick, tool, orientation) = (Tick(number as u64), tool.into(), Orientation::default());
+            let sample = ToolSample { tick, tool, orientation, centre: Position(centre), side };
             presses.push(conditions.press(&sample, before.as_ref()));
             *before = Some(sample);
         }
@@ -46,7 +47,32 @@ pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
     Ok((pot.digest(), pot.pressed_m3() * 1e9))
 }
 
-/// Prints a line a method.
+/// 500 sub-steps of a rib that goes round a turning pot while it sways, leans and rolls: as [`run`] answers.
+///
+/// # Errors
+/// None: the default pot can be made.
+pub(crate) fn run_rib(method: MethodKind) -> Result<(u64, f64), PotError> {
+    let mut pot = Pot::new(PotSpec::default())?;
+    let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0)));
+    let conditions = Conditions { wheel, method, ..Conditions::default() };
+    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let mut before: Option<ToolSample> = None;
+    for number in 0..500_i16 {
+        let sample = ToolSample {
+            tick: Tick(number as u64),
+            tool: Tool::Convex(Shape::RIB),
+            orientation: Orientation([10 * number, 500 - 2 * number, 3 * number]),
+            // its edge is 21.2 mm from its centre
+            centre: Position([7950, 4 * i32::from(number), 9000 + 2 * i32::from(number)]),
+            side: Side::Outside,
+        };
+        substep.advance(&mut pot, &[conditions.press(&sample, before.as_ref())], method, |_, _| {});
+        before = Some(sample);
+    }
+    Ok((pot.digest(), pot.pressed_m3() * 1e9))
+}
+
+/// Prints two lines a method.
 ///
 /// # Errors
 /// None: the default pot can be made.
@@ -54,6 +80,8 @@ pub(crate) fn main() -> Result<(), PotError> {
     for method in METHODS {
         let (digest, volume_mm3) = run(method)?;
         println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
+        let (digest, volume_mm3) = run_rib(method)?;
+        println!("{method:?} with a rib {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
     }
     Ok(())
 }

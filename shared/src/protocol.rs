@@ -16,7 +16,7 @@ pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
     Body, ClayWire, Fragment, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead, Refusal, Request,
-    Run, ToolWire, Welcome, WheelWire,
+    Run, ShapeWire, ToolWire, Welcome, WheelWire,
 };
 
 use alloc::vec::Vec;
@@ -24,7 +24,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

@@ -7,11 +7,13 @@
 
 mod convex;
 mod facets;
+mod orientation;
 mod outline;
 pub mod rack;
 mod section;
 
 pub use convex::{ConvexError, ConvexTool};
+pub use orientation::Orientation;
 pub use section::{Extent, Lattice, Pose, Section, Sections, Sides};
 
 use glam::Vec3;
@@ -88,6 +90,21 @@ impl Shape {
     pub const KNUCKLE: Self = Self(2);
     /// [`rack::loop_end`].
     pub const LOOP: Self = Self(3);
+    /// Those that hang on every wall, with what people call them.
+    pub const NAMED: [(&str, Self); 4] =
+        [("rib", Self::RIB), ("blade", Self::BLADE), ("knuckle", Self::KNUCKLE), ("loop", Self::LOOP)];
+
+    /// Its name, if it hangs on every wall.
+    #[must_use]
+    pub fn name(self) -> Option<&'static str> {
+        Self::NAMED.iter().find(|(_, shape)| *shape == self).map(|(name, _)| *name)
+    }
+
+    /// The shape of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, shape)| *shape)
+    }
 }
 
 /// What is pressed into the clay.
@@ -179,7 +196,9 @@ pub struct ToolSample {
     /// The tick for which it was held there.
     pub tick: Tick,
     /// The tool.
-    pub tool: Sphere,
+    pub tool: Tool,
+    /// How it is turned; says nothing of a sphere.
+    pub orientation: Orientation,
     /// Its centre in the room: z up along the wheel's axis, the foot of the pot at zero.
     pub centre: Position,
     /// On which side of the wall it works.

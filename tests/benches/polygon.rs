@@ -25,7 +25,7 @@ fn main() -> Result<(), ConvexError> {
     let lattice = Lattice { directions: &directions, rows: ROWS, row_height_m: ROW_HEIGHT_M };
     let ball = |subdivisions| rack::ball(subdivisions, Metres::from_mm(12.0));
     // flat to the clay, with its long side round the pot
-    let lying = Quat::from_xyzw(0.5, 0.5, 0.5, 0.5);
+    let lying = Quat::from_xyzw(1.0, 0.0, 1.0, 0.0);
     let tilted = Quat::from_xyzw(0.1, 0.2, 0.3, 0.9);
     println!("tool      facets elements columns cut_ns_p50 cut_ns_p99 sphere_ns_p50");
     for (name, tool, orientation) in [

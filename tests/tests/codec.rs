@@ -6,7 +6,7 @@
 use glam::Vec3;
 use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Surface, Wheel};
 use pottery_shared::snapshot::{Author, Delta, Replica, SnapshotClock, SnapshotError, Touched, Version};
-use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Tick};
 use proptest::prelude::*;
 
@@ -320,7 +320,8 @@ fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
                 let distance = 0.071 - 0.001 * seconds;
                 let z = 0.06 + 0.03 * tool as f32 + 0.01 * seconds;
                 let centre = Position::nearest(Vec3::new(distance * angle.cos(), distance * angle.sin(), z)).unwrap();
-                conditions.press(&ToolSample { tick, tool: Sphere::default(), centre, side: Side::Outside }, None)
+                let (tool, orientation) = (Tool::default(), Orientation::default());
+                conditions.press(&ToolSample { tick, tool, orientation, centre, side: Side::Outside }, None)
             })
             .collect();
         origin.press(&presses, method);

@@ -15,7 +15,7 @@ use pottery_client::device::Device;
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics};
 use pottery_shared::prediction::{Field, Patch};
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 
 /// Counts what a thread asks of the allocator.
@@ -61,6 +61,8 @@ fn requests(work: impl FnOnce()) -> u64 {
 struct Held {
     position_m: Option<Vec3>,
     force_n: Vec3,
+    tool: Tool,
+    orientation: Orientation,
 }
 
 struct TestDevice {
@@ -73,8 +75,12 @@ impl Device for TestDevice {
         self.held.lock().unwrap().position_m
     }
 
-    fn tool(&self) -> Sphere {
-        Sphere::default()
+    fn tool(&self) -> Tool {
+        self.held.lock().unwrap().tool
+    }
+
+    fn orientation(&self) -> Orientation {
+        self.held.lock().unwrap().orientation
     }
 
     fn set_force(&mut self, force_n: Vec3) {
@@ -158,15 +164,60 @@ fn tick_allocates_nothing() {
 }
 
 #[test]
+fn tick_with_a_rib_that_turns_allocates_nothing() {
+    for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
+        let mut bench = Bench::new(DeviceSpecs::OMNI, method);
+        let mut touching = 0;
+        for tick in 0..1500 {
+            let time = tick as f32 * 1e-3;
+            {
+                let mut held = bench.held.lock().unwrap();
+                held.tool = Tool::Convex(if tick % 300 < 250 { Shape::RIB } else { Shape::LOOP });
+                held.orientation = Orientation::nearest([(5.0 * time).sin(), 0.2 * time, time]).unwrap();
+            }
+            if tick % 100 == 7 {
+                let through = Tick(bench.local.saturating_sub(20));
+                bench.net.publish(|patch| patch.field = Field::new(Pot::new(PotSpec::default()).unwrap(), through));
+            }
+            let asked = requests(|| {
+                bench.tick(Some(pressing(tick)));
+            });
+            assert_eq!(asked, 0, "{method:?}: tick {tick}");
+            touching += u32::from(bench.net.status().elements() > 0);
+            while let Some(sample) = bench.net.next_sample() {
+                assert!(sample.tool.sphere().is_none(), "tick {tick}");
+            }
+        }
+        assert!(touching > 1000, "{method:?}: {touching} ticks in the clay");
+    }
+}
+
+#[test]
+fn a_tool_that_has_not_come_to_the_hand_is_not_in_it() {
+    let mut bench = Bench::new(STRONG, MethodKind::Plastic);
+    settle(&mut bench);
+    while bench.net.next_sample().is_some() {}
+    bench.held.lock().unwrap().tool = Tool::Convex(Shape(4));
+    for _ in 0..20 {
+        assert_eq!(bench.tick(Some(pressing(0))), Vec3::ZERO);
+        assert_eq!((bench.fault(), bench.net.status().tool_m()), (None, None));
+    }
+    assert_eq!(bench.net.next_sample(), None);
+    bench.held.lock().unwrap().tool = Tool::default();
+    assert!(bench.tick(Some(pressing(0))).length() > 0.1);
+}
+
+#[test]
 fn handing_over_clay_allocates_nothing() {
     let shape = PotSpec::default().shape;
     let mut source = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
     let mut target = source.clone();
-    let sample = pottery_shared::tool::ToolSample {
+    let sample = ToolSample {
         tick: Tick(5),
-        tool: Sphere::default(),
+        tool: Tool::default(),
+        orientation: Orientation::default(),
         centre: pottery_shared::tool::Position::nearest(pressing(0)).unwrap(),
-        side: pottery_shared::tool::Side::Outside,
+        side: Side::Outside,
     };
     source.press(&sample, &Conditions::default(), &mut SubStep::for_grid(shape), None);
     assert!(source.pot() != target.pot());

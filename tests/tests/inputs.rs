@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
-    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run,
+    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run, ShapeWire,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{InputQueue, Refusals};
@@ -130,7 +130,8 @@ fn stroke_at(person: u64, tick: u64) -> [i32; 3] {
 fn run_of(first_tick: u64, positions: &[[i32; 3]]) -> Run {
     let step = |pair: &[[i32; 3]]| std::array::from_fn(|axis| (pair[1][axis] - pair[0][axis]) as i16);
     let steps = positions.windows(2).map(step).collect();
-    Run { first_tick, tool_radius_um: 12_000, inside: false, start: positions[0], steps }
+    let tool = ShapeWire::Sphere { radius_um: 12_000 };
+    Run { first_tick, tool, inside: false, start: positions[0], steps, turns: Vec::new() }
 }
 
 /// A person's sound stroke over the given ticks, as one run.
@@ -140,8 +141,15 @@ fn stroke(person: u64, ticks: std::ops::Range<u64>) -> Run {
 }
 
 /// A run of one sample.
-fn single(tick: u64, tool_radius_um: u16, start: [i32; 3]) -> Run {
-    Run { first_tick: tick, tool_radius_um, inside: false, start, steps: Vec::new() }
+fn single(tick: u64, radius_um: u16, start: [i32; 3]) -> Run {
+    let tool = ShapeWire::Sphere { radius_um };
+    Run { first_tick: tick, tool, inside: false, start, steps: Vec::new(), turns: Vec::new() }
+}
+
+/// The same with a convex tool, which may turn where nothing follows.
+fn convex(tick: u64, shape: u8, turns: &[[i16; 3]], start: [i32; 3]) -> Run {
+    let tool = ShapeWire::Convex { shape, orientation: [i16::MIN, i16::MAX, 1] };
+    Run { tool, turns: turns.to_vec(), ..single(tick, 12_000, start) }
 }
 
 #[test]
@@ -160,6 +168,13 @@ fn sample_that_makes_no_sense_is_counted_by_its_reason_and_the_rest_is_pressed()
         ),
         ("no tool", single(middle, 0, sound), Refusals { out_of_workspace: 1, ..one }),
         ("a tool too large", single(middle, u16::MAX, sound), Refusals { out_of_workspace: 1, ..one }),
+        ("a tool that is not in the rack", convex(middle, 4, &[], sound), Refusals { out_of_workspace: 1, ..one }),
+        ("a turn without a step", convex(middle, 0, &[[1, 0, 0]], sound), Refusals { out_of_workspace: 1, ..one }),
+        (
+            "a sphere that turns",
+            Run { turns: vec![[1, 0, 0]], ..single(middle, 12_000, sound) },
+            Refusals { out_of_workspace: 1, ..one },
+        ),
         ("6 mm in a tick", single(middle, 12_000, far), Refusals { too_fast: 1, ..one }),
         ("the tick before again", single(middle - 1, 12_000, sound), Refusals { from_the_past: 1, ..one }),
         ("before the one before", single(begin, 12_000, sound), Refusals { from_the_past: 1, ..one }),
@@ -239,9 +254,19 @@ fn tick() -> impl Strategy<Value = u64> {
 fn hostile_inputs() -> impl Strategy<Value = Inputs> {
     let coordinate = prop_oneof![-12_000_i32..12_000, any::<i32>()];
     let steps = prop::collection::vec(prop::array::uniform3(prop_oneof![-20_i16..20, any::<i16>()]), 0..50);
+    let turns = (any::<bool>(), prop::collection::vec(any::<[i16; 3]>(), 0..50));
     let radius = prop_oneof![500_u16..40_000, any::<u16>()];
-    let run = (tick(), radius, prop::array::uniform3(coordinate), steps).prop_map(
-        |(first_tick, tool_radius_um, start, steps)| Run { first_tick, tool_radius_um, inside: false, start, steps },
+    let tool = prop_oneof![
+        radius.prop_map(|radius_um| ShapeWire::Sphere { radius_um }),
+        (0_u8..6, any::<[i16; 3]>()).prop_map(|(shape, orientation)| ShapeWire::Convex { shape, orientation }),
+    ];
+    let run = (tick(), tool, prop::array::uniform3(coordinate), steps, turns).prop_map(
+        |(first_tick, tool, start, steps, (alike, mut turns))| {
+            if alike {
+                turns.resize(steps.len(), [7; 3]);
+            }
+            Run { first_tick, tool, inside: false, start, steps, turns }
+        },
     );
     (number(), prop::collection::vec(run, 0..5)).prop_map(|(first, runs)| Inputs { first, runs })
 }
@@ -291,10 +316,10 @@ proptest! {
         let sent = |from: u64, to: u64| Inputs { first: from as u32, runs: vec![stroke(0, OPENED + from..OPENED + to)] };
         let mut queue = InputQueue::default();
         for (from, length) in pieces {
-            queue.handle_inputs(&sent(from, from + length), Tick(OPENED));
+            queue.handle_inputs(&sent(from, from + length), Tick(OPENED), 0);
         }
         // at the latest, the client repeats everything
-        queue.handle_inputs(&sent(0, 500), Tick(OPENED));
+        queue.handle_inputs(&sent(0, 500), Tick(OPENED), 0);
         let mut taken = Vec::new();
         for now in OPENED..OPENED + 500 {
             let due: Vec<_> = std::iter::from_fn(|| queue.take_due(Tick(now))).collect();
@@ -311,7 +336,7 @@ proptest! {
 fn numbers_of_samples_wrap() {
     let mut queue = InputQueue::default();
     // the last six numbers, seen long ago, and the first 14
-    queue.handle_inputs(&Inputs { first: u32::MAX - 5, runs: vec![stroke(0, OPENED..OPENED + 20)] }, Tick(OPENED));
+    queue.handle_inputs(&Inputs { first: u32::MAX - 5, runs: vec![stroke(0, OPENED..OPENED + 20)] }, Tick(OPENED), 0);
     assert_eq!(queue.take_due(Tick(OPENED + 20)).unwrap().tick, Tick(OPENED + 6));
     while queue.take_due(Tick(OPENED + 20)).is_some() {}
     assert_eq!((queue.acknowledged(), queue.refusals().total()), (14, 0));

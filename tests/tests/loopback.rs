@@ -19,7 +19,7 @@ use pottery_server::{Server, ServerConfig, ServerError, Standing};
 use pottery_shared::clay::Pot;
 use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request};
 use pottery_shared::session::{Client, ClientError};
-use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::Quality;
 use pottery_tests::proxy::Proxy;
@@ -166,7 +166,8 @@ impl RawClient {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn two_potters_end_with_the_servers_clay_and_a_late_one_gets_it() {
     let server = Server::start(config()).unwrap();
-    let mut people = vec![join(&target(&server, 1), "waist").await, join(&target(&server, 1), "evaluation").await];
+    // one with fingertips, one with a rib that sways
+    let mut people = vec![join(&target(&server, 1), "waist").await, join(&target(&server, 1), "rib").await];
     sleep(ms(1500)).await;
     people.push(join(&target(&server, 1), "foot").await);
     let potters: Vec<_> = people.iter().map(|(_, potter)| potter).collect();
@@ -349,7 +350,8 @@ async fn a_client_that_vanishes_leaves_what_it_had_sent_and_the_others_go_on() {
         let centre = Position::nearest(Vec3::new(0.072 - depth, 0.0, 0.1)).unwrap();
         assert!(client.handle_sample(ToolSample {
             tick: Tick(first + number),
-            tool: Sphere::default(),
+            tool: Tool::default(),
+            orientation: Orientation::default(),
             centre,
             side: Side::Outside
         }));

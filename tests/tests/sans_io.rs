@@ -13,7 +13,7 @@ use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetne
 use pottery_shared::protocol::{FrameReader, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
-use pottery_shared::tool::{Position, Side, Sphere, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 
 /// splitmix64: enough for a test's dice.
@@ -57,6 +57,8 @@ struct World {
     corrections_um: Vec<f32>,
     down_bytes: u64,
     up_bytes: u64,
+    /// What a person holds at a time, and how.
+    held: fn(u64, u64) -> (Tool, Orientation),
 }
 
 impl World {
@@ -90,6 +92,7 @@ impl World {
             corrections_um: Vec::new(),
             down_bytes: 0,
             up_bytes: 0,
+            held: |_, _| (Tool::default(), Orientation::default()),
         };
         for person in 0..people {
             let peer = PeerId(person);
@@ -145,7 +148,8 @@ impl World {
             let tick = Tick(0).offset(now as i64 + client.tick_offset());
             if let Some(point) = hand(peer.0, now) {
                 let centre = Position::nearest(point).unwrap();
-                client.handle_sample(ToolSample { tick, tool: Sphere::default(), centre, side: Side::Outside });
+                let (tool, orientation) = (self.held)(peer.0, now);
+                client.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
             }
             client.rebase();
             let mut outgoing = Vec::new();
@@ -251,6 +255,60 @@ fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
     let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
     assert!(world.corrections_um.len() > 100);
     assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
+
+/// Each person has a tool of facets, sways and leans it, and takes the next one after half of the time.
+fn held_tool(person: u64, now: u64) -> (Tool, Orientation) {
+    let time = now as f32 * 1e-3;
+    let angles_rad = [0.3 * (3.0 * time).sin(), 0.1 * (2.0 * time).cos(), 0.2 * time.sin()];
+    let shape = Shape(((person + now / 1900) % 4) as u8);
+    (Tool::Convex(shape), Orientation::nearest(angles_rad).unwrap())
+}
+
+/// As [`hand`], and as much farther out as a rib's edge is from its centre than a fingertip's.
+fn hand_with_a_rib(person: u64, now: u64) -> Option<Vec3> {
+    hand(person, now).map(|place| place + 0.009 * place.with_z(0.0).normalize())
+}
+
+#[test]
+fn everybody_holds_the_same_clay_whatever_tools_are_turned_in_their_hands() {
+    for method in [MethodKind::Original, MethodKind::Plastic] {
+        let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 10, duplicate_percent: 5 };
+        let mut world = World::of(method, 3, wire, 3);
+        world.held = held_tool;
+        let mut seen = [false; 4];
+        for now in 0..4800 {
+            world.step(now, hand_with_a_rib);
+            let (watcher, _) = &world.clients[&PeerId(0)];
+            for tool in watcher.as_ref().map_or(&[][..], Client::tools) {
+                if let Tool::Convex(shape) = tool.tool {
+                    seen[usize::from(shape.0)] |= tool.orientation != Orientation::default();
+                }
+            }
+        }
+        world.assert_settled(3);
+        let pressed_mm3 = world.room.pot(0).unwrap().pressed_m3() * 1e9;
+        println!("{method:?}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
+        assert!(pressed_mm3.abs() > 500.0, "{method:?}: {pressed_mm3} mm³");
+        assert_eq!(seen, [true; 4], "{method:?}: tools of others that were seen turned");
+    }
+}
+
+#[test]
+fn an_own_stroke_with_a_rib_that_turns_needs_no_correction() {
+    for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
+        let wire = Wire { delay_ms: 40, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+        let mut world = World::of(method, 1, wire, 1);
+        world.held = |_, now| (Tool::Convex(Shape::RIB), held_tool(0, now).1);
+        for now in 0..4200 {
+            world.step(now, hand_with_a_rib);
+        }
+        world.assert_settled(1);
+        let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
+        assert!(world.corrections_um.len() > 100);
+        assert_eq!(largest, 0.0, "{method:?}: largest correction {largest} µm");
+        assert!(world.room.pot(0).unwrap().pressed_m3().abs() * 1e9 > 100.0, "{method:?} pressed nothing");
+    }
 }
 
 #[test]

@@ -17,7 +17,7 @@ use pottery_client::view::{Link, SharedView, View};
 use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::Tool;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{Quality, Rate};
 use pottery_tests::network::Network;
@@ -57,8 +57,8 @@ impl Device for Presser {
         Some(Vec3::new(distance * angle.cos(), distance * angle.sin(), height))
     }
 
-    fn tool(&self) -> Sphere {
-        Sphere::default()
+    fn tool(&self) -> Tool {
+        Tool::default()
     }
 
     fn set_force(&mut self, _: Vec3) {}

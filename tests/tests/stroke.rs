@@ -8,14 +8,32 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 use pottery_client::stroke::{SampleError, Stroke, StrokeError, StrokeRecorder};
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Shape, Sphere, Tool};
 use pottery_shared::units::{Metres, Rpm};
 use proptest::prelude::*;
 
 const HEADER: &str = "t_s,x_mm,y_mm,z_mm\n";
+const TURNING: &str = "t_s,x_mm,y_mm,z_mm,yaw_deg,pitch_deg,roll_deg\n";
+const UPRIGHT: Orientation = Orientation([0; 3]);
 
 fn rows(rows: &str) -> Result<Stroke, StrokeError> {
     Stroke::parse(&format!("{HEADER}{rows}"))
+}
+
+/// Radius of the sphere that a stroke was made with, mm.
+fn radius_mm(stroke: &Stroke) -> f32 {
+    stroke.tool().sphere().unwrap().radius().as_mm()
+}
+
+/// From the tool's centre to what of it is nearest to the axis, mm: a rib's edge is 4·50/3π from its centre of volume.
+fn reach_mm(stroke: &Stroke) -> f32 {
+    match stroke.tool() {
+        Tool::Sphere(sphere) => sphere.radius().as_mm(),
+        Tool::Convex(shape) => {
+            assert_eq!(shape, Shape::RIB);
+            21.2
+        }
+    }
 }
 
 fn message(result: Result<Stroke, StrokeError>) -> String {
@@ -66,10 +84,27 @@ fn jump_over_a_lift_has_no_speed() {
 #[test]
 fn settings_are_read_and_have_defaults() {
     let bare = rows("0,100,0,0\n").unwrap();
-    assert_eq!((bare.tool_radius(), bare.wheel_speed()), (Metres::from_mm(12.0), Rpm(30.0)));
+    assert_eq!((bare.tool(), bare.wheel_speed()), (Tool::default(), Rpm(30.0)));
     let text = format!("# by hand: 1998\n#tool_radius_mm:7.5\n#  wheel_rpm : -10\n{HEADER}0,100,0,0\n# the end\n");
     let told = Stroke::parse(&text).unwrap();
-    assert_eq!((told.tool_radius(), told.wheel_speed()), (Metres::from_mm(7.5), Rpm(-10.0)));
+    let small = Sphere::new(Metres::from_mm(7.5)).unwrap();
+    assert_eq!((told.tool(), told.wheel_speed()), (small.into(), Rpm(-10.0)));
+}
+
+#[test]
+fn a_tool_of_facets_is_named_and_turns_the_short_way_between_rows() {
+    let named = |name| Stroke::parse(&format!("# tool: {name}\n{HEADER}0,100,0,0\n")).unwrap().tool();
+    for (name, shape) in [("rib", 0), ("blade", 1), ("knuckle", 2), ("loop", 3), ("4", 4), ("15", 15)] {
+        assert_eq!(named(name), Tool::Convex(Shape(shape)), "{name}");
+    }
+    assert_eq!(rows("0,100,0,0\n").unwrap().orientation_at(0.0), UPRIGHT);
+    let text = format!("# tool: rib\n{TURNING}0,100,0,0,170,0,-30\n1,100,0,0,-170,0,30\n\n3,100,0,0,360,-720,45\n");
+    let stroke = Stroke::parse(&text).unwrap();
+    let quarter = 16_384;
+    assert_eq!(stroke.orientation_at(0.5), Orientation([i16::MIN, 0, 0]));
+    assert_eq!(stroke.orientation_at(3.0), Orientation([0, 0, quarter / 2]));
+    // there is no tool, and so no way that it is turned
+    assert_eq!(stroke.orientation_at(2.0), UPRIGHT);
 }
 
 #[test]
@@ -103,6 +138,12 @@ fn every_fault_is_named_with_its_line() {
         ("t_s,x_mm,y_mm,z_mm\n0,0,0,0\n0.001,6,0,0\n", "line 3: the tool moves at 6.00 m/s"),
         ("# tool_radius_mm: 0\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: a tool radius of 0 mm"),
         ("# tool_radius_mm: big\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: tool_radius_mm is \"big\""),
+        ("# tool: spoon\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: there is no tool \"spoon\""),
+        ("# tool: 256\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: there is no tool \"256\""),
+        ("# tool: rib\n# tool_radius_mm: 5\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 2: tool_radius_mm was given before"),
+        ("t_s,x_mm,y_mm,z_mm,yaw_deg\n0,0,0,0,0\n", "line 1: expected the header"),
+        ("t_s,x_mm,y_mm,z_mm,yaw_deg,pitch_deg,roll_deg\n0,0,0,0\n", "line 2: found 4 columns, expected 7"),
+        ("t_s,x_mm,y_mm,z_mm,yaw_deg,pitch_deg,roll_deg\n0,0,0,0,0,up,0\n", "line 2: pitch_deg is \"up\""),
         ("# wheel_rpm: 500\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 1: the wheel cannot turn at 500 rpm"),
         ("# wheel_rpm: 5\n# wheel_rpm: 5\nt_s,x_mm,y_mm,z_mm\n0,0,0,0\n", "line 2: wheel_rpm was given before"),
     ] {
@@ -119,18 +160,18 @@ fn missing_file_is_named() {
 
 #[test]
 fn refused_sample_leaves_the_recording_as_it_was() {
-    let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(20.0));
+    let mut recorder = StrokeRecorder::new(Tool::default(), Rpm(20.0));
     assert!(recorder.is_empty());
-    recorder.push(1.0, Vec3::new(0.1, 0.0, 0.0)).unwrap();
+    recorder.push(1.0, Vec3::new(0.1, 0.0, 0.0), UPRIGHT).unwrap();
     let place = Vec3::new(-0.1, 0.0, 0.0);
-    assert!(matches!(recorder.push(f64::NAN, place), Err(SampleError::Time { .. })));
-    assert!(matches!(recorder.push(1.0, place), Err(SampleError::NotLater { .. })));
+    assert!(matches!(recorder.push(f64::NAN, place, UPRIGHT), Err(SampleError::Time { .. })));
+    assert!(matches!(recorder.push(1.0, place, UPRIGHT), Err(SampleError::NotLater { .. })));
     // a tenth of a microsecond later is the same microsecond in the file
-    assert!(matches!(recorder.push(1.000_000_1, place), Err(SampleError::NotLater { .. })));
-    assert!(matches!(recorder.push(1.01, Vec3::NAN), Err(SampleError::TooFar { .. })));
-    assert!(matches!(recorder.push(1.01, place), Err(SampleError::TooFast { .. })));
+    assert!(matches!(recorder.push(1.000_000_1, place, UPRIGHT), Err(SampleError::NotLater { .. })));
+    assert!(matches!(recorder.push(1.01, Vec3::NAN, UPRIGHT), Err(SampleError::TooFar { .. })));
+    assert!(matches!(recorder.push(1.01, place, UPRIGHT), Err(SampleError::TooFast { .. })));
     recorder.lift();
-    recorder.push(1.01, place).unwrap();
+    recorder.push(1.01, place, UPRIGHT).unwrap();
     let stroke = parsed(&recorder).unwrap();
     assert_eq!((stroke.start(), stroke.end()), (1.0, 1.01));
     assert_eq!(stroke.at(1.005), None);
@@ -138,8 +179,8 @@ fn refused_sample_leaves_the_recording_as_it_was() {
 
 #[test]
 fn speed_that_is_not_a_number_is_recorded_as_standing_still() {
-    let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(f32::NAN));
-    recorder.push(0.0, Vec3::ZERO).unwrap();
+    let mut recorder = StrokeRecorder::new(Tool::default(), Rpm(f32::NAN));
+    recorder.push(0.0, Vec3::ZERO, UPRIGHT).unwrap();
     assert_eq!(parsed(&recorder).unwrap().wheel_speed(), Rpm(0.0));
 }
 
@@ -150,33 +191,36 @@ fn parsed(recorder: &StrokeRecorder) -> Result<Stroke, StrokeError> {
 }
 
 /// What a hand does: time steps from far too short to long, places from near to out of reach, and lifts.
-fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], bool)>> {
+fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], [i16; 3], bool)>> {
     let place = prop::array::uniform3(-0.7_f32..0.7);
-    prop::collection::vec((1e-7..0.5, place, prop::bool::weighted(0.2)), 1..60)
+    let turn = prop_oneof![Just([0; 3]), any::<[i16; 3]>()];
+    prop::collection::vec((1e-7..0.5, place, turn, prop::bool::weighted(0.2)), 1..60)
 }
 
 proptest! {
     #[test]
-    fn whatever_was_taken_is_read_again(moves in hand(), radius_mm in 0.5_f32..40.0, rpm in -500.0_f32..500.0) {
-        let tool = Sphere::new(Metres::from_mm(radius_mm)).unwrap();
-        let mut recorder = StrokeRecorder::new(tool, Rpm(rpm));
+    fn whatever_was_taken_is_read_again(moves in hand(), radius in 0.5_f32..40.0, rpm in -500.0_f32..500.0) {
+        let tool = Sphere::new(Metres::from_mm(radius)).unwrap();
+        let mut recorder = StrokeRecorder::new(tool.into(), Rpm(rpm));
         let mut now_s = 0.0;
         let mut taken = Vec::new();
-        for (step_s, place, lift) in moves {
+        for (step_s, place, turn, lift) in moves {
             now_s += step_s;
             if lift {
                 recorder.lift();
             }
-            if recorder.push(now_s, Vec3::from_array(place)).is_ok() {
-                taken.push((now_s, Vec3::from_array(place)));
+            if recorder.push(now_s, Vec3::from_array(place), Orientation(turn)).is_ok() {
+                taken.push((now_s, Vec3::from_array(place), Orientation(turn)));
             }
         }
         prop_assume!(!taken.is_empty());
         let stroke = parsed(&recorder).unwrap();
-        prop_assert!((stroke.tool_radius().as_mm() - radius_mm).abs() < 1e-3);
+        prop_assert!((radius_mm(&stroke) - radius).abs() < 1e-3);
         prop_assert!((stroke.wheel_speed().0 - rpm.clamp(-400.0, 400.0)).abs() < 1e-3);
-        for (time_s, place) in taken {
-            let there = stroke.at((time_s * 1e6).round() / 1e6).unwrap();
+        for (time_s, place, orientation) in taken {
+            let time_s = (time_s * 1e6).round() / 1e6;
+            prop_assert_eq!(stroke.orientation_at(time_s), orientation);
+            let there = stroke.at(time_s).unwrap();
             // half a micrometre of rounding on each axis
             prop_assert!(there.distance(place) < 1e-6, "at {time_s} s: {there} for {place}");
         }
@@ -218,13 +262,13 @@ fn stroke_named(name: &str) -> Stroke {
 /// How deep the tool stands in an untouched cylinder of 60 mm radius and 200 mm height; negative is the air between.
 fn depth_mm(stroke: &Stroke, seconds: f64) -> f32 {
     let centre_mm = stroke.at(seconds).unwrap() * 1e3;
-    60.0 + stroke.tool_radius().as_mm() - centre_mm.truncate().length()
+    60.0 + reach_mm(stroke) - centre_mm.truncate().length()
 }
 
 #[test]
-fn four_strokes_come_with_the_studio() {
+fn five_strokes_come_with_the_studio() {
     let names: Vec<String> = shipped().into_iter().map(|(name, _)| name).collect();
-    assert_eq!(names, ["evaluation", "foot", "neck", "waist"]);
+    assert_eq!(names, ["evaluation", "foot", "neck", "rib", "waist"]);
 }
 
 #[test]
@@ -256,7 +300,7 @@ fn shipped_strokes_are_smooth() {
 #[test]
 fn evaluation_stroke_runs_from_rim_to_foot_within_nine_seconds() {
     let stroke = stroke_named("evaluation");
-    assert_eq!(stroke.tool_radius(), Metres::from_mm(12.0));
+    assert_eq!(stroke.tool(), Tool::default());
     assert!(stroke.duration() <= 9.0);
     let pressed: Vec<Vec3> = (0..900)
         .map(|step| f64::from(step) * 0.01)
@@ -277,7 +321,7 @@ fn waist_and_evaluation_work_on_the_same_band_at_the_same_time() {
     let together = (0..900).map(|step| f64::from(step) * 0.01).filter(|&seconds| {
         let both = depth_mm(&evaluation, seconds) > 0.0 && depth_mm(&waist, seconds) > 0.0;
         let apart_m = evaluation.at(seconds).unwrap().z - waist.at(seconds).unwrap().z;
-        both && apart_m.abs() < evaluation.tool_radius().0
+        both && apart_m.abs() * 1e3 < radius_mm(&evaluation)
     });
     // half a second is more than the tools need to meet on one another's traces
     assert!(together.count() > 50);

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use pottery_shared::protocol::{
     self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FrameReader, Greeting, Hello, Inputs, JoinCode,
     JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal, Request, Run,
-    ToolWire, Welcome, WheelWire,
+    ShapeWire, ToolWire, Welcome, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -127,24 +127,26 @@ fn notice() -> impl Strategy<Value = Notice> {
     ]
 }
 
+fn shape() -> impl Strategy<Value = ShapeWire> {
+    prop_oneof![
+        any::<u16>().prop_map(|radius_um| ShapeWire::Sphere { radius_um }),
+        any::<(u8, [i16; 3])>().prop_map(|(shape, orientation)| ShapeWire::Convex { shape, orientation }),
+    ]
+}
+
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let run = (any::<(u64, u16, [i32; 3])>(), prop::collection::vec(any::<[i16; 3]>(), 0..60)).prop_map(
-        |((first_tick, tool_radius_um, start), steps)| Run {
-            first_tick,
-            tool_radius_um,
-            inside: tool_radius_um % 2 == 1,
-            start,
-            steps,
-        },
+    let steps = || prop::collection::vec(any::<[i16; 3]>(), 0..60);
+    let run = (any::<(u64, bool, [i32; 3])>(), shape(), steps(), steps()).prop_map(
+        |((first_tick, inside, start), tool, steps, turns)| Run { first_tick, tool, inside, start, steps, turns },
     );
     (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
 }
 
 fn pulse() -> impl Strategy<Value = Pulse> {
-    let tool = any::<(u16, [i32; 3], u16, bool)>().prop_map(|(client, centre, radius_um, touching)| ToolWire {
+    let tool = (any::<(u16, [i32; 3], bool)>(), shape()).prop_map(|((client, centre, touching), tool)| ToolWire {
         client,
         centre,
-        radius_um,
+        tool,
         touching,
     });
     let fragment = (any::<(u32, u16, u16)>(), bytes(600)).prop_map(|((version, index, count), bytes)| Fragment {
@@ -267,12 +269,16 @@ fn claimed_length_is_not_believed() {
             asked_to_refuse!(Hello, CONTROL_MAX, claim(&[])),
             asked_to_refuse!(Notice, CONTROL_MAX, claim(&[0, 1, 0, 8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])),
             asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0])),
-            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),
             asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 1])),
             asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0])),
         ];
         // one run is made before its steps are refused; nothing is taken for what is only claimed
-        assert!(asked.iter().all(|&bytes| bytes <= 64), "{claimed} elements claimed: {asked:?} bytes asked for");
+        assert!(
+            asked.iter().all(|&bytes| bytes <= size_of::<Run>()),
+            "{claimed} elements claimed: {asked:?} bytes asked for"
+        );
         // 2¹⁶ bytes are allowed in a keyframe, so they may be taken before they are missed
         let of_keyframe = asked_to_refuse!(Keyframe, KEYFRAME_MAX, claim(&[0, 0, 0, 0]));
         let allowed = if claimed <= KEYFRAME_MAX as u64 { claimed as usize } else { 0 };

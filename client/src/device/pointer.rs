@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Tool};
 
 use super::Device;
 
@@ -21,14 +21,16 @@ pub struct Pointer {
     /// Centre of the tool, m; `None` while the pointer is away.
     pub target_m: Option<Vec3>,
     /// The tool.
-    pub tool: Sphere,
+    pub tool: Tool,
+    /// How it is to be turned.
+    pub orientation: Orientation,
 }
 
 /// The device's end.
 #[derive(Debug)]
 pub struct PointerDevice {
     asked: triple_buffer::Output<Pointer>,
-    at: Option<(f64, Vec3)>,
+    at: Option<(f64, Vec3, Orientation)>,
 }
 
 /// The window's end and the device's.
@@ -41,20 +43,25 @@ pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
         self.asked.update();
-        let Some(target) = self.asked.output_buffer().target_m else {
+        let Pointer { target_m, orientation, .. } = *self.asked.output_buffer();
+        let Some(target) = target_m else {
             self.at = None;
             return None;
         };
-        let (before, from) = self.at.unwrap_or((seconds, target));
+        let (before, from, turned) = self.at.unwrap_or((seconds, target, orientation));
         let dt = (seconds - before).clamp(0.0, 0.02) as f32;
-        let step = (target - from) * (1.0 - (-dt / GLIDE_S).exp());
-        let now = from + step.clamp_length_max(SPEED_MAX_M_S * dt);
-        self.at = Some((seconds, now));
+        let share = 1.0 - (-dt / GLIDE_S).exp();
+        let now = from + ((target - from) * share).clamp_length_max(SPEED_MAX_M_S * dt);
+        self.at = Some((seconds, now, turned.towards(orientation, share)));
         Some(now)
     }
 
-    fn tool(&self) -> Sphere {
+    fn tool(&self) -> Tool {
         self.asked.output_buffer().tool
+    }
+
+    fn orientation(&self) -> Orientation {
+        self.at.map_or_else(Orientation::default, |(_, _, orientation)| orientation)
     }
 
     fn set_force(&mut self, _: Vec3) {}

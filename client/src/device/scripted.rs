@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Tool};
 
 use super::Device;
 use crate::stroke::Stroke;
@@ -15,23 +15,29 @@ use crate::stroke::Stroke;
 #[derive(Debug)]
 pub struct ScriptedDevice {
     stroke: Arc<Stroke>,
+    asked_s: f64,
 }
 
 impl ScriptedDevice {
     /// A hand that will play `stroke`.
     #[must_use]
     pub const fn new(stroke: Arc<Stroke>) -> Self {
-        Self { stroke }
+        Self { stroke, asked_s: 0.0 }
     }
 }
 
 impl Device for ScriptedDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
+        self.asked_s = seconds;
         self.stroke.at(seconds)
     }
 
-    fn tool(&self) -> Sphere {
+    fn tool(&self) -> Tool {
         self.stroke.tool()
+    }
+
+    fn orientation(&self) -> Orientation {
+        self.stroke.orientation_at(self.asked_s)
     }
 
     fn set_force(&mut self, _: Vec3) {}

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Tool};
 
 use super::Device;
 use crate::stroke::Stroke;
@@ -81,8 +81,13 @@ impl Device for SimulatedDevice {
         Some((state.position_m / resolution).round() * resolution)
     }
 
-    fn tool(&self) -> Sphere {
+    fn tool(&self) -> Tool {
         self.stroke.tool()
+    }
+
+    /// As the stroke means it: the hand gives way to a force, and there is no torque.
+    fn orientation(&self) -> Orientation {
+        self.state.map_or_else(Orientation::default, |state| self.stroke.orientation_at(state.seconds))
     }
 
     fn set_force(&mut self, force_n: Vec3) {

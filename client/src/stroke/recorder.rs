@@ -7,7 +7,7 @@ use std::io;
 
 use glam::Vec3;
 use pottery_shared::clay::Wheel;
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::Rpm;
 
 use super::{Sample, SampleError, Stroke, format};
@@ -17,13 +17,15 @@ use super::{Sample, SampleError, Stroke, format};
 /// ```
 /// use glam::Vec3;
 /// use pottery_client::stroke::{Stroke, StrokeRecorder};
-/// use pottery_shared::{tool::Sphere, units::Rpm};
+/// use pottery_shared::tool::{Orientation, Tool};
+/// use pottery_shared::units::Rpm;
 ///
-/// let mut recorder = StrokeRecorder::new(Sphere::default(), Rpm(20.0));
-/// recorder.push(0.00, Vec3::new(0.080, 0.0, 0.1))?;
-/// recorder.push(0.01, Vec3::new(0.079, 0.0, 0.1))?;
+/// let upright = Orientation::default();
+/// let mut recorder = StrokeRecorder::new(Tool::default(), Rpm(20.0));
+/// recorder.push(0.00, Vec3::new(0.080, 0.0, 0.1), upright)?;
+/// recorder.push(0.01, Vec3::new(0.079, 0.0, 0.1), upright)?;
 /// recorder.lift();
-/// recorder.push(2.00, Vec3::new(0.080, 0.0, 0.1))?;
+/// recorder.push(2.00, Vec3::new(0.080, 0.0, 0.1), upright)?;
 /// let mut file = Vec::new();
 /// recorder.write_to(&mut file)?;
 /// let stroke = Stroke::parse(&String::from_utf8(file)?)?;
@@ -39,20 +41,21 @@ pub struct StrokeRecorder {
 impl StrokeRecorder {
     /// Starts a stroke of `tool` on a wheel that turns at `wheel_speed`, limited as the wheel itself limits it.
     #[must_use]
-    pub fn new(tool: Sphere, wheel_speed: Rpm) -> Self {
+    pub fn new(tool: Tool, wheel_speed: Rpm) -> Self {
         let max = Wheel::RPM_MAX.0;
         let rpm = if wheel_speed.0.is_nan() { 0.0 } else { wheel_speed.0.clamp(-max, max) };
         Self { stroke: Stroke::empty(tool, Rpm(rpm)), lifted: false }
     }
 
-    /// Appends where the tool's centre was, m in the room's frame, `time_s` seconds after the recording began.
+    /// Appends where the tool's centre was, m in the room's frame, and how it was turned, `time_s` seconds after the
+    /// recording began.
     ///
     /// # Errors
     /// [`SampleError`] when the file could not hold the sample; the recording stays as it was. After
     /// [`SampleError::TooFast`], [`StrokeRecorder::lift`] and the same sample again bridge the jump.
-    pub fn push(&mut self, time_s: f64, centre_m: Vec3) -> Result<(), SampleError> {
+    pub fn push(&mut self, time_s: f64, centre_m: Vec3, orientation: Orientation) -> Result<(), SampleError> {
         let after_lift = self.lifted && !self.stroke.samples.is_empty();
-        self.stroke.push(format::rounded(Sample { time_s, centre_m, after_lift }))?;
+        self.stroke.push(format::rounded(Sample { time_s, centre_m, orientation, after_lift }))?;
         self.lifted = false;
         Ok(())
     }

@@ -6,7 +6,7 @@
 use glam::Quat;
 
 use super::{Material, MethodKind, Phase, Press, Schedule, Wheel};
-use crate::tool::ToolSample;
+use crate::tool::{Tool, ToolSample};
 use crate::units::{Seconds, Tick};
 
 /// Everything about a wheel that is not clay.
@@ -28,10 +28,14 @@ impl Conditions {
         let before = before.filter(|before| sample.follows(before));
         let ticks = before.map_or(1, |before| sample.tick.since(before.tick));
         let material = self.material.at(sample.tick);
+        let centre_m = self.phase(sample.tick).pot_from_room(sample.centre.point_m());
         Press {
-            tool: sample.tool.into(),
-            orientation: Quat::IDENTITY,
-            centre_m: self.phase(sample.tick).pot_from_room(sample.centre.point_m()),
+            tool: sample.tool,
+            orientation: match sample.tool {
+                Tool::Sphere(_) => Quat::IDENTITY,
+                Tool::Convex(_) => sample.orientation.at(centre_m),
+            },
+            centre_m,
             from_m: before.map(|before| self.phase(before.tick).pot_from_room(before.centre.point_m())),
             dt: Seconds(Tick::PERIOD.0 * ticks as f32),
             side: sample.side,

@@ -25,6 +25,10 @@ impl Cutter {
         Self { rack, sections: Sections::for_lattice(shape.columns(), shape.rows()) }
     }
 
+    pub(super) fn tools(&self) -> &[ConvexTool] {
+        &self.rack
+    }
+
     pub(super) fn tool(&self, shape: Shape) -> Option<&ConvexTool> {
         self.rack.get(usize::from(shape.0))
     }

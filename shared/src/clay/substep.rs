@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 use super::faceted::Cutter;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
-use crate::units::{Seconds, Tick};
+use crate::units::{Metres, Seconds, Tick};
 
 /// A tool held at one place for one sub-step, in the pot's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,6 +144,21 @@ impl SubStep {
             cutter: Some(Box::new(Cutter::new(rack, shape))),
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
+        }
+    }
+
+    /// The convex tools that presses may name, by their number.
+    #[must_use]
+    pub fn tools(&self) -> &[ConvexTool] {
+        self.cutter.as_deref().map_or(&[], Cutter::tools)
+    }
+
+    /// How far a tool reaches from its centre; `None` for a convex one that it does not hold.
+    #[must_use]
+    pub fn reach(&self, tool: Tool) -> Option<Metres> {
+        match tool {
+            Tool::Sphere(sphere) => Some(sphere.radius()),
+            Tool::Convex(shape) => self.tools().get(usize::from(shape.0)).map(ConvexTool::radius),
         }
     }
 

@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use crate::clay::{Conditions, Contact, GridShape, MethodKind, SubStep};
-use crate::tool::{Position, Side, Sphere, ToolSample};
+use crate::tool::{Position, Side, Tool, ToolSample};
 use crate::units::Tick;
 
 use super::Field;
@@ -68,11 +68,18 @@ impl Hand {
 
     /// The side of the wall on which the tool works at a place of the room: where it first stood, until it went over the
     /// rim.
-    pub fn side(&mut self, tick: Tick, tool: Sphere, centre: Position) -> Side {
+    pub fn side(&mut self, tick: Tick, tool: Tool, centre: Position) -> Side {
         let at_m = self.conditions.phase(tick).pot_from_room(centre.point_m());
+        let reach_m = self.substep.reach(tool).map_or(0.0, |reach| reach.0);
         let pot = self.field.pot();
-        let kept = self.side.filter(|_| !pot.is_above_rim(at_m - Vec3::Z * tool.radius().0));
+        let kept = self.side.filter(|_| !pot.is_above_rim(at_m - Vec3::Z * reach_m));
         *self.side.insert(kept.unwrap_or_else(|| pot.side_of(at_m)))
+    }
+
+    /// Whether it can press with a tool: any sphere, and the convex ones that have come to it.
+    #[must_use]
+    pub fn holds(&self, tool: Tool) -> bool {
+        self.substep.reach(tool).is_some()
     }
 
     /// Forgets on which side the tool was, since there is none.

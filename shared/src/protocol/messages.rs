@@ -168,19 +168,38 @@ pub enum Notice {
     Closing,
 }
 
+/// A tool and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum ShapeWire {
+    /// A sphere.
+    Sphere {
+        /// Its radius, µm.
+        radius_um: u16,
+    },
+    /// A convex tool of the rack.
+    Convex {
+        /// Its number there.
+        shape: u8,
+        /// Yaw, pitch and roll as seen from where it stands, 2¹⁶ a turn.
+        orientation: [i16; 3],
+    },
+}
+
 /// Consecutive ticks of one tool.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Run {
     /// Tick of the first sample.
     pub first_tick: u64,
-    /// The tool's radius, µm.
-    pub tool_radius_um: u16,
+    /// The tool, turned as it is at the first sample.
+    pub tool: ShapeWire,
     /// Whether it works inside of the pot.
     pub inside: bool,
     /// First position, in steps of 10 µm.
     pub start: [i32; 3],
     /// Movement from tick to tick after it, in the same steps.
     pub steps: Vec<[i16; 3]>,
+    /// Turning from tick to tick beside each step, 2¹⁶ a turn; none for a tool that is held as it is.
+    pub turns: Vec<[i16; 3]>,
 }
 
 /// A client's datagram: its newest samples and those that may have been lost.
@@ -232,8 +251,8 @@ pub struct ToolWire {
     pub client: u16,
     /// Where, in steps of 10 µm.
     pub centre: [i32; 3],
-    /// How large, µm.
-    pub radius_um: u16,
+    /// Which, and how it is turned.
+    pub tool: ShapeWire,
     /// Whether it touches clay.
     pub touching: bool,
 }

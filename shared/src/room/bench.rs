@@ -152,7 +152,7 @@ impl Bench {
 
     pub(super) fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8], now: Tick) {
         if let Some(seat) = self.seats.get_mut(&peer) {
-            seat.peer.handle_datagram(bytes, now);
+            seat.peer.handle_datagram(bytes, now, self.substep.tools().len());
         }
     }
 

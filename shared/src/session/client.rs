@@ -15,7 +15,7 @@ use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Po
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
 use crate::snapshot::{Replica, SnapshotError, Touched, Version};
-use crate::tool::{Position, Sphere, ToolSample};
+use crate::tool::{Orientation, Position, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
 /// Why a session cannot go on.
@@ -48,8 +48,10 @@ pub enum ClientEvent {
 pub struct RemoteTool {
     /// Whose: the number given in the welcome.
     pub client: u16,
-    /// The tool.
-    pub tool: Sphere,
+    /// The tool; of a convex one that is not in the rack yet, the notice is still on its way.
+    pub tool: Tool,
+    /// How it is turned.
+    pub orientation: Orientation,
     /// Its centre in the room.
     pub centre: Position,
     /// Whether it touches clay.
@@ -428,11 +430,8 @@ fn conditions_of(welcome: &Welcome) -> Conditions {
 }
 
 fn tool_of(tool: &ToolWire) -> Option<RemoteTool> {
+    let ToolWire { client, touching, .. } = *tool;
     let centre = Position(tool.centre);
-    centre.is_within_reach().then_some(RemoteTool {
-        client: tool.client,
-        tool: runs::tool_of_um(tool.radius_um)?,
-        centre,
-        touching: tool.touching,
-    })
+    let (tool, orientation) = runs::tool_of(tool.tool)?;
+    centre.is_within_reach().then_some(RemoteTool { client, tool, orientation, centre, touching })
 }

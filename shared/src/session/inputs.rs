@@ -8,7 +8,7 @@ use alloc::collections::VecDeque;
 
 use super::runs;
 use crate::protocol::Inputs;
-use crate::tool::ToolSample;
+use crate::tool::{Tool, ToolSample};
 use crate::units::Tick;
 
 /// Samples refused so far, by reason.
@@ -68,9 +68,13 @@ impl InputQueue {
     /// Ticks before which a sample is too early to believe.
     const FUTURE_MAX: i64 = 1_500;
 
-    /// Takes in a datagram while `now` is the next tick to be done.
-    pub fn handle_inputs(&mut self, inputs: &Inputs, now: Tick) {
+    /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`.
+    pub fn handle_inputs(&mut self, inputs: &Inputs, now: Tick, tools: usize) {
         for (number, sample) in runs::unpack(inputs) {
+            let sample = sample.filter(|sample| match sample.tool {
+                Tool::Sphere(_) => true,
+                Tool::Convex(shape) => usize::from(shape.0) < tools,
+            });
             let ahead = number.wrapping_sub(self.next) as i32;
             if ahead < 0 {
                 continue;

@@ -81,10 +81,10 @@ impl Peer {
         protocol::frame(&protocol::encode(notice))
     }
 
-    /// Takes in a datagram while `now` is the next tick to be done; refusals are counted.
-    pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick) {
+    /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`; refusals are counted.
+    pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick, tools: usize) {
         match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Inputs>(bytes) {
-            Ok(inputs) => self.inputs.handle_inputs(&inputs, now),
+            Ok(inputs) => self.inputs.handle_inputs(&inputs, now, tools),
             Err(_) => self.inputs.count_malformed(),
         }
     }
@@ -116,7 +116,7 @@ impl Peer {
     pub fn tool(&self, client: u16, now: Tick, ticks: i64) -> Option<ToolWire> {
         let (sample, touching) = self.last.filter(|(sample, _)| now.since(sample.tick) < ticks)?;
         let Position(centre) = sample.centre;
-        Some(ToolWire { client, centre, radius_um: runs::radius_um(sample.tool), touching })
+        Some(ToolWire { client, centre, tool: runs::shape_of(&sample), touching })
     }
 
     /// The datagram for this client with a body that all share.

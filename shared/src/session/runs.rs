@@ -6,23 +6,39 @@
 use alloc::vec::Vec;
 
 use crate::prediction::Pending;
-use crate::protocol::{Inputs, Run};
-use crate::tool::{Position, Side, Sphere, ToolSample};
+use crate::protocol::{Inputs, Run, ShapeWire};
+use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
-/// Most bytes of a packed sample: three zigzag varints of 16 bits.
+/// Most bytes of a packed step, and of a packed turn: three zigzag varints of 16 bits.
 const STEP_BYTES_MAX: usize = 9;
-/// Most bytes of a run's head.
-const RUN_BYTES_MAX: usize = 32;
+/// Most bytes of a run's head: tick, tool with its orientation, side, place and two lengths.
+const RUN_BYTES_MAX: usize = 44;
 
-/// A tool's radius in micrometres, as it travels.
-pub(super) fn radius_um(tool: Sphere) -> u16 {
-    libm::roundf(tool.radius().0 * 1e6) as u16
+/// The tool of a sample as it travels.
+pub(super) fn shape_of(sample: &ToolSample) -> ShapeWire {
+    match sample.tool {
+        Tool::Sphere(sphere) => ShapeWire::Sphere { radius_um: libm::roundf(sphere.radius().0 * 1e6) as u16 },
+        Tool::Convex(Shape(shape)) => ShapeWire::Convex { shape, orientation: sample.orientation.0 },
+    }
 }
 
-/// The tool of a radius in micrometres, if there is one.
-pub(super) fn tool_of_um(radius_um: u16) -> Option<Sphere> {
-    Sphere::new(Metres(f32::from(radius_um) * 1e-6)).ok()
+/// The tool that travelled, if there is such a one; which convex ones there are the rack knows.
+pub(super) fn tool_of(wire: ShapeWire) -> Option<(Tool, Orientation)> {
+    match wire {
+        ShapeWire::Sphere { radius_um } => {
+            let sphere = Sphere::new(Metres(f32::from(radius_um) * 1e-6)).ok()?;
+            Some((sphere.into(), Orientation::default()))
+        }
+        ShapeWire::Convex { shape, orientation } => Some((Tool::Convex(Shape(shape)), Orientation(orientation))),
+    }
+}
+
+/// What lies between two samples of a run.
+#[derive(Clone, Copy)]
+struct Step {
+    moved: [i16; 3],
+    turned: [i16; 3],
 }
 
 /// Packs samples with consecutive numbers into at most about `bytes_max` bytes; says how many fitted.
@@ -35,22 +51,38 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
             inputs.first = *sequence;
         }
         let step = last.and_then(|last| step_between(&last, sample));
-        bytes += if step.is_some() { STEP_BYTES_MAX } else { RUN_BYTES_MAX };
+        // a run is of a tool that is held as it is or of one that turns
+        let step = step.filter(|step| {
+            inputs.runs.last().is_some_and(|run| run.turns.len() == run.steps.len() || step.turned == [0; 3])
+        });
+        let turns = step
+            .is_some_and(|step| step.turned != [0; 3] || inputs.runs.last().is_some_and(|run| !run.turns.is_empty()));
+        bytes += match step {
+            None => RUN_BYTES_MAX,
+            Some(_) if turns => 2 * STEP_BYTES_MAX,
+            Some(_) => STEP_BYTES_MAX,
+        };
         if bytes > bytes_max && count > 0 {
             break;
         }
         match (step, inputs.runs.last_mut()) {
             (Some(step), Some(run)) => {
-                run.steps.push(step);
                 // most steps need one byte a coordinate
-                bytes -= step.iter().filter(|along| along.unsigned_abs() <= 125).count() * 2;
+                let saved = |parts: [i16; 3]| parts.iter().filter(|part| part.unsigned_abs() <= 125).count() * 2;
+                bytes -= saved(step.moved);
+                run.steps.push(step.moved);
+                if turns {
+                    bytes -= saved(step.turned);
+                    run.turns.push(step.turned);
+                }
             }
             _ => inputs.runs.push(Run {
                 first_tick: sample.tick.0,
-                tool_radius_um: radius_um(sample.tool),
+                tool: shape_of(sample),
                 inside: sample.side == Side::Inside,
                 start: sample.centre.0,
                 steps: Vec::new(),
+                turns: Vec::new(),
             }),
         }
         last = Some(*sample);
@@ -59,28 +91,43 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
     (inputs, count)
 }
 
-fn step_between(last: &ToolSample, next: &ToolSample) -> Option<[i16; 3]> {
+fn step_between(last: &ToolSample, next: &ToolSample) -> Option<Step> {
     if next.tick != last.tick.next() || next.tool != last.tool || next.side != last.side {
         return None;
     }
-    let mut step = [0_i16; 3];
-    for (along, (to, from)) in step.iter_mut().zip(next.centre.0.iter().zip(last.centre.0)) {
+    let mut moved = [0_i16; 3];
+    for (along, (to, from)) in moved.iter_mut().zip(next.centre.0.iter().zip(last.centre.0)) {
         *along = i16::try_from(to.checked_sub(from)?).ok()?;
     }
-    Some(step)
+    let mut turned = [0_i16; 3];
+    if let Tool::Convex(_) = next.tool {
+        for (about, (to, from)) in turned.iter_mut().zip(next.orientation.0.iter().zip(last.orientation.0)) {
+            *about = to.wrapping_sub(from);
+        }
+    }
+    Some(Step { moved, turned })
 }
 
-/// The samples of a datagram with their numbers; `None` for one that makes no sense (no such tool or place).
+/// The samples of a datagram with their numbers; `None` for one that makes no sense (no such tool, place or turn).
 pub(super) fn unpack(inputs: &Inputs) -> impl Iterator<Item = (u32, Option<ToolSample>)> + '_ {
     let samples = inputs.runs.iter().flat_map(|run| {
-        let tool = tool_of_um(run.tool_radius_um);
+        let held = tool_of(run.tool).filter(|(tool, _)| {
+            run.turns.is_empty() || (tool.sphere().is_none() && run.turns.len() == run.steps.len())
+        });
         let side = if run.inside { Side::Inside } else { Side::Outside };
         let mut at = Some(run.start);
-        core::iter::once([0; 3]).chain(run.steps.iter().copied()).enumerate().map(move |(number, step)| {
+        let mut orientation = held.map_or_else(Orientation::default, |(_, orientation)| orientation);
+        let turns = core::iter::once([0; 3]).chain(run.turns.iter().copied()).chain(core::iter::repeat([0; 3]));
+        let steps = core::iter::once([0; 3]).chain(run.steps.iter().copied());
+        steps.zip(turns).enumerate().map(move |(number, (step, turn))| {
             at = at.and_then(|at| add(at, step));
+            for (angle, by) in orientation.0.iter_mut().zip(turn) {
+                *angle = angle.wrapping_add(by);
+            }
             let centre = at.map(Position).filter(|centre| centre.is_within_reach())?;
             let tick = Tick(run.first_tick.checked_add(number as u64)?);
-            Some(ToolSample { tick, tool: tool?, centre, side })
+            let (tool, _) = held?;
+            Some(ToolSample { tick, tool, orientation, centre, side })
         })
     });
     // numbers wrap, and a range that starts at the last one would overflow

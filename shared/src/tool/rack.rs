@@ -1,7 +1,7 @@
 //! The tools that hang on the wall: closed convex meshes made by code, none of them read from a file.
 //!
-//! The measures are round ones of common tools, of no particular make; thickness lies along x, width along y, length
-//! along z.
+//! The measures are round ones of common tools, of no particular make. As an [`super::Orientation`] of zero holds them:
+//! width lies along x with the working edge at its lower end, towards the axis; thickness along y, length along z.
 //! Invariant: every tool here passes the checks of [`ConvexTool::new`]; `tests/tests/polygonal_tools.rs` holds them to
 //! their measures.
 
@@ -42,17 +42,17 @@ pub fn rib() -> Result<ConvexTool, ConvexError> {
 /// As for [`rib`].
 pub fn blade() -> Result<ConvexTool, ConvexError> {
     let profile = [[-3.0, -10.0], [3.0, -10.0], [3.0, 0.0], [0.25, 10.0], [-0.25, 10.0], [-3.0, 0.0]];
-    let end = |z: f32| profile.map(|[x, y]| Vec3::new(x, y, z)).to_vec();
+    let end = |z: f32| profile.map(|[thick, edgeward]| Vec3::new(-edgeward, thick, z)).to_vec();
     stack(&[end(-75.0), end(75.0)])
 }
 
-/// The knuckle of a bent finger: an ellipsoid of 18 × 20 × 28 mm in 320 facets, as large as its smooth one.
+/// The knuckle of a bent finger: an ellipsoid of 20 × 18 × 28 mm in 320 facets, as large as its smooth one.
 ///
 /// # Errors
 /// As for [`rib`].
 pub fn knuckle() -> Result<ConvexTool, ConvexError> {
     // a linear map keeps what is convex convex
-    let half_axes_m = DVec3::new(0.009, 0.010, 0.014);
+    let half_axes_m = DVec3::new(0.010, 0.009, 0.014);
     ConvexTool::new(&scaled(&unit_ball(2), half_axes_m))
 }
 
@@ -97,9 +97,9 @@ pub fn ball(subdivisions: u32, radius: Metres) -> Result<ConvexTool, ConvexError
     ConvexTool::new(&scaled(&unit_ball(subdivisions), DVec3::splat(f64::from(radius.0))))
 }
 
-/// An outline at a height, scaled about the origin; mm.
+/// An outline over x and z at a height against y, scaled about the origin; mm.
 fn ring(outline: &[Vec2], height: f32, scale: f32) -> Vec<Vec3> {
-    outline.iter().map(|point| Vec3::new(height, point.x * scale, point.y * scale)).collect()
+    outline.iter().map(|point| Vec3::new(point.x * scale, -height, point.y * scale)).collect()
 }
 
 /// The solid between rings of equally many corners, mm, one upon the other, each counter-clockwise about the way up.

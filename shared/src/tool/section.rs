@@ -108,11 +108,11 @@ pub struct Extent {
 /// let directions = [0.0_f32, 0.25, 0.5, 0.75].map(|turn| Vec2::from_angle(turn * std::f32::consts::TAU));
 /// let lattice = Lattice { directions: &directions, rows: 11, row_height_m: 0.01 };
 /// // the straight edge of the rib stands upright from 5 to 105 mm, 21 mm nearer to the axis than its centre
-/// let pose = Pose { centre_m: Vec3::new(0.0, 0.06, 0.055), orientation: Quat::IDENTITY };
+/// let pose = Pose { centre_m: Vec3::new(0.06, 0.0, 0.055), orientation: Quat::IDENTITY };
 /// let mut sections = Sections::for_lattice(4, 11);
 /// sections.cut(&rack::rib()?, &pose, &lattice, 0.04, Sides::Near);
 /// let section = sections.iter().next().ok_or("nothing is cut")?;
-/// assert_eq!((section.column, section.first_row, section.near_m.len()), (1, 1, 10));
+/// assert_eq!((section.column, section.first_row, section.near_m.len()), (0, 1, 10));
 /// assert!(section.near_m.iter().all(|near_m| (0.038..0.04).contains(near_m)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

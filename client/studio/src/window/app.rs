@@ -269,7 +269,7 @@ impl App {
             self.hand.look_at(&self.potter.view().lock().pot);
         }
         let target_m = self.hand.target_m(&self.camera, stage.aspect(), self.tool.radius().0);
-        self.asked.write(Pointer { target_m, tool: self.tool });
+        self.asked.write(Pointer { target_m, tool: self.tool.into(), ..Pointer::default() });
     }
 
     /// The tools to draw: everybody else's as heard of, the own one as it is.
@@ -285,12 +285,9 @@ impl App {
             let colour = colour(tool.client);
             let name = format!("potter {}", tool.client);
             self.panel.people.push(Person { name, colour, touching: tool.touching });
-            tools.push(ToolView {
-                centre_m: tool.centre.point_m(),
-                radius_m: tool.tool.radius().0,
-                colour,
-                touching: tool.touching,
-            });
+            let Some(sphere) = tool.tool.sphere() else { continue };
+            let (centre_m, radius_m) = (tool.centre.point_m(), sphere.radius().0);
+            tools.push(ToolView { centre_m, radius_m, colour, touching: tool.touching });
         }
         if let Some(centre_m) = status.tool_m() {
             let radius_m = self.tool.radius().0;
