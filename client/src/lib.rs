@@ -9,12 +9,14 @@ mod connection;
 pub mod device;
 pub mod export;
 mod haptic_loop;
+pub mod pot_file;
 mod potter;
 pub mod render;
 pub mod stroke;
 pub mod tool_file;
 mod transport;
 pub mod view;
+pub mod whole_file;
 mod worker;
 
 pub use connection::{JoinError, Target};

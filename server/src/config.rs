@@ -5,11 +5,13 @@
 
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pottery_shared::clay::{
     GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
 };
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::{Metres, Rpm};
 use serde::Deserialize;
 
@@ -24,8 +26,10 @@ pub struct ServerConfig {
     pub wheels: u16,
     /// Most people at one time.
     pub people_max: u16,
-    /// The pot on every wheel.
+    /// The pot on every wheel, untouched.
     pub pot: PotSpec,
+    /// A pot that was made before and stands on every wheel instead.
+    pub opened: Option<Arc<PotRecord>>,
     /// How clay deforms.
     pub method: MethodKind,
     /// How fast wheels turn at first.
@@ -71,6 +75,7 @@ impl Default for ServerConfig {
             wheels: 1,
             people_max: 64,
             pot: PotSpec::default(),
+            opened: None,
             method: MethodKind::default(),
             wheel_speed: Rpm(60.0),
             clay: Material::default(),

@@ -104,7 +104,8 @@ impl Server {
             Some(code) => code.on_server(fingerprint),
             None => fresh_code(fingerprint)?,
         };
-        let room = Room::new(RoomConfig {
+        let opened = config.opened;
+        let room = RoomConfig {
             code: code.room().to_owned(),
             wheels: config.wheels,
             people_max: config.people_max,
@@ -112,8 +113,12 @@ impl Server {
             method: config.method,
             wheel_speed: config.wheel_speed,
             clay: config.clay,
-        })
-        .map_err(ConfigError::from)?;
+        };
+        let room = match opened {
+            Some(record) => Room::starting_from(room, &record),
+            None => Room::new(room),
+        };
+        let room = room.map_err(ConfigError::from)?;
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
         let ticking = tokio::spawn(Ticking::new(room, received).run());

@@ -12,6 +12,7 @@ use alloc::vec::Vec;
 use crate::clay::{Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{Notice, Refusal, Request};
 use crate::session::{Peer, PeerError, Refusals};
+use crate::snapshot::PotRecord;
 use crate::units::{Rpm, Tick};
 use bench::Bench;
 
@@ -96,10 +97,23 @@ impl Room {
     /// # Errors
     /// [`PotError`] when its pot cannot be made.
     pub fn new(config: RoomConfig) -> Result<Self, PotError> {
+        Self::open(config, None)
+    }
+
+    /// Opens a room with the clay of a record on every wheel; [`RoomConfig::pot`] becomes what that was made from.
+    ///
+    /// # Errors
+    /// [`PotError`] when its pot cannot be made.
+    pub fn starting_from(config: RoomConfig, record: &PotRecord) -> Result<Self, PotError> {
+        Self::open(RoomConfig { pot: *record.spec(), ..config }, Some(record))
+    }
+
+    fn open(config: RoomConfig, record: Option<&PotRecord>) -> Result<Self, PotError> {
         let mut benches = Vec::new();
         for _ in 0..config.wheels {
             let spec = PotSpec { keeps_volume: config.method.keeps_volume(), ..config.pot };
-            benches.push(Bench::new(Pot::new(spec)?, config.method, config.wheel_speed, config.clay));
+            let pot = Pot::new(spec)?;
+            benches.push(Bench::new(pot, record, config.method, config.wheel_speed, config.clay));
         }
         Ok(Self {
             config,

@@ -8,6 +8,7 @@
 mod author;
 mod coder;
 mod grid;
+mod record;
 mod replica;
 mod residual;
 mod tiles;
@@ -16,6 +17,7 @@ use crate::units::Tick;
 
 pub use author::{Author, Delta};
 pub use grid::{QUANTUM_M, dequantise, quantise};
+pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
 pub use tiles::{TILE_SIDE, TileLayout, Touched};
 

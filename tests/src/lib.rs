@@ -12,6 +12,7 @@ pub mod failures;
 pub mod fit;
 pub mod line;
 pub mod network;
+pub mod programs;
 pub mod proxy;
 pub mod reference;
 pub mod yardstick;

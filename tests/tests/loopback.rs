@@ -19,6 +19,7 @@ use pottery_server::{Server, ServerConfig, ServerError, Standing};
 use pottery_shared::clay::Pot;
 use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request};
 use pottery_shared::session::{Client, ClientError};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::Quality;
@@ -494,4 +495,38 @@ async fn clay_is_the_same_behind_a_lossy_reordering_proxy() {
         leave(people).await;
         server.stop().await;
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn wheel_that_goes_on_with_a_pot_shows_it_to_everybody() {
+    let mut saved = Pot::new(config().pot).unwrap();
+    for column in 0..360 {
+        for row in 100..140 {
+            saved.surfaces_mut()[0].set_radius(column, row, 0.05 + 1e-5 * column as f32);
+        }
+    }
+    let record = Arc::new(PotRecord::of(&saved));
+    let server = Server::start(ServerConfig { opened: Some(Arc::clone(&record)), ..config() }).unwrap();
+    let target = target(&server, 1);
+    let (pot, digest) = (record.pot(), server.standing().await.unwrap().digests[0]);
+    // one after the other, so that the second comes late
+    let mut potters = Vec::new();
+    for _ in 0..2 {
+        let own = endpoint().unwrap();
+        let device = Box::new(pottery_client::device::pointer().1);
+        let potter = Potter::join(&own, &target, device, PotterOptions::default()).await.unwrap();
+        let shown = timeout(PATIENCE, async {
+            while potter.view().lock().digest != digest {
+                sleep(ms(10)).await;
+            }
+        });
+        shown.await.expect("the pot arrives");
+        assert!(potter.view().lock().pot == pot, "what is seen is the pot that was saved");
+        potters.push((own, potter));
+    }
+    for (_own, potter) in potters {
+        potter.leave().await.unwrap();
+    }
+    assert!(server.standing().await.unwrap().pots[0] == pot);
+    server.stop().await;
 }

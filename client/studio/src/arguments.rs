@@ -1,6 +1,6 @@
 //! The command line: what can be asked for, and the sentences when it cannot be done.
 //!
-//! Owns names, defaults and help; opens nothing but the stroke files it is given.
+//! Owns names, defaults and help; opens nothing but the stroke and pot files it is given.
 //! Invariant: a `Mode` that exists can be run as it is.
 
 use std::net::SocketAddr;
@@ -10,6 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::Target;
+use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
@@ -31,7 +32,8 @@ pub(crate) struct Arguments {
 const EXAMPLES: &str = "Examples:
   pottery-studio                                         host and work in a window
   pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
-  pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.png, pot.stl, session.json
+  pottery-studio --open bowl.pot                         go on with a pot that was saved
+  pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
   pottery-studio --headless --stroke mine.csv            let one of them replay a recorded stroke
   pottery-studio --record mine.csv                       record what you do with the mouse
 
@@ -54,6 +56,9 @@ struct HostFlags {
     /// Join code of 8 characters; a fresh one when left out
     #[arg(long)]
     code: Option<JoinCode>,
+    /// Pot file to go on with; it says what pot and clay there are, and how the clay deforms
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["method", "support", "clay", "wetness"])]
+    open: Option<PathBuf>,
     /// How the clay deforms
     #[arg(long, value_enum, default_value_t = MethodName::Plastic)]
     method: MethodName,
@@ -75,7 +80,7 @@ struct HostFlags {
     /// How long they work, s (headless)
     #[arg(long, default_value_t = 10.0, value_parser = seconds)]
     seconds: f64,
-    /// Folder for pot.png, pot.stl and session.json (headless)
+    /// Folder for pot.pot, pot.stl, pot.png and session.json (headless)
     #[arg(long, value_name = "DIR", default_value = "studio-out")]
     out: PathBuf,
     /// Stroke file that a potter replays instead of its own; repeat it for more potters (headless)
@@ -231,7 +236,7 @@ impl Arguments {
         if flags.headless {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
-        let server = flags.server_config(ServerConfig::default().listen);
+        let server = flags.server_config(ServerConfig::default().listen)?;
         Ok(Mode::Window(WindowSession { place: Place::Hosted(Box::new(server)), record: flags.record.clone() }))
     }
 
@@ -246,8 +251,8 @@ impl Arguments {
 }
 
 impl HostFlags {
-    fn server_config(&self, listen: SocketAddr) -> ServerConfig {
-        ServerConfig {
+    fn server_config(&self, listen: SocketAddr) -> anyhow::Result<ServerConfig> {
+        let mut config = ServerConfig {
             listen: self.listen.unwrap_or(listen),
             code: self.code.clone(),
             method: match self.method {
@@ -258,7 +263,15 @@ impl HostFlags {
             pot: PotSpec { support: self.support.support(), ..PotSpec::default() },
             clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
             ..ServerConfig::default()
+        };
+        if let Some(path) = &self.open {
+            let file = PotFile::read(path)?;
+            config.method = file.method();
+            config.clay = file.clay();
+            config.wheel_speed = file.wheel_speed();
+            config.opened = Some(Arc::new(file.pot().clone()));
         }
+        Ok(config)
     }
 
     fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
@@ -274,7 +287,7 @@ impl HostFlags {
             let (name, text) = STROKES[potter % STROKES.len()];
             strokes.push(Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?));
         }
-        let mut server = self.server_config(SocketAddr::from(([127, 0, 0, 1], 0)));
+        let mut server = self.server_config(SocketAddr::from(([127, 0, 0, 1], 0)))?;
         server.wheel_speed = strokes[0].wheel_speed();
         Ok(HeadlessSession {
             server,

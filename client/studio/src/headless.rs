@@ -3,16 +3,19 @@
 //! Invariant: it ends in success only when every client holds the server's clay.
 
 use std::fs;
-use std::io::BufWriter;
+use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_client::device::{Device, HandModel, ScriptedDevice, SimulatedDevice};
+use pottery_client::pot_file::PotFile;
 use pottery_client::render::{self, Gpu, Scene};
+use pottery_client::whole_file::write_whole;
 use pottery_client::{Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
+use pottery_shared::units::Tick;
 
 use crate::arguments::{HandKind, HeadlessSession};
 use crate::hosting::{self, Studio};
@@ -46,11 +49,16 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
         record::write(reports[0].network.recording.take(), path)?;
     }
     let pot = &standing.pots[0];
-    write(&session.out, "session.json", |file| Ok(serde_json::to_writer_pretty(file, &report)?))?;
-    write(&session.out, "pot.stl", |file| Ok(export::write_stl(pot, file)?))?;
+    write_whole(&session.out.join("session.json"), |file| Ok(serde_json::to_writer_pretty(file, &report)?))?;
+    PotFile::of(pot, &reports[0].view.conditions, Tick(standing.ticks)).write(&session.out.join("pot.pot"))?;
+    write_whole(&session.out.join("pot.stl"), |file| export::write_stl(pot, file))?;
     let picture = picture(pot, &session.out)?;
     println!("{}", report.summary());
-    println!("written    session.json, pot.stl{} in {}", if picture { ", pot.png" } else { "" }, session.out.display());
+    println!(
+        "written    session.json, pot.pot, pot.stl{} in {}",
+        if picture { ", pot.png" } else { "" },
+        session.out.display()
+    );
     let diverged = report.diverged();
     if !diverged.is_empty() {
         bail!("the clay of clients {diverged:?} differs from the server's after {} s of quiet", QUIET.as_secs());
@@ -121,21 +129,6 @@ async fn watch(seconds: f64, potters: &[Potter]) {
     bar.finish_and_clear();
 }
 
-fn write(
-    folder: &Path,
-    name: &str,
-    contents: impl FnOnce(&mut BufWriter<fs::File>) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let path = folder.join(name);
-    let written = fs::File::create(&path).map_err(anyhow::Error::from).and_then(|file| {
-        let mut file = BufWriter::new(file);
-        contents(&mut file)?;
-        std::io::Write::flush(&mut file)?;
-        Ok(())
-    });
-    written.with_context(|| format!("{} cannot be written", path.display()))
-}
-
 /// Draws the pot; without a graphics driver it says so and goes on.
 fn picture(pot: &Pot, folder: &Path) -> anyhow::Result<bool> {
     let gpu = match Gpu::headless() {
@@ -146,6 +139,6 @@ fn picture(pot: &Pot, folder: &Path) -> anyhow::Result<bool> {
         }
     };
     let png = render::picture(&gpu, pot, &Scene::default(), PICTURE.0, PICTURE.1)?;
-    write(folder, "pot.png", |file| Ok(std::io::Write::write_all(file, &png)?))?;
+    write_whole(&folder.join("pot.png"), |file| file.write_all(&png))?;
     Ok(true)
 }

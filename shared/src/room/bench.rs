@@ -10,7 +10,7 @@ use super::{Lane, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{self, Body, ClayWire, Fragment, Keyframe, Notice, PotWire, ToolWire, Welcome, WheelWire};
 use crate::session::{Peer, Refusals};
-use crate::snapshot::{Author, Delta, SnapshotClock, Touched, Version};
+use crate::snapshot::{Author, Delta, PotRecord, SnapshotClock, Touched, Version};
 use crate::tool::ToolSample;
 use crate::units::{Rpm, Tick};
 
@@ -73,8 +73,18 @@ pub(super) struct Bench {
 }
 
 impl Bench {
-    pub(super) fn new(mut pot: Pot, method: MethodKind, wheel_speed: Rpm, clay: Material) -> Self {
-        let author = Author::new(&mut pot);
+    /// A wheel with the clay of a record on it, or with the pot as it is.
+    pub(super) fn new(
+        mut pot: Pot,
+        record: Option<&PotRecord>,
+        method: MethodKind,
+        wheel_speed: Rpm,
+        clay: Material,
+    ) -> Self {
+        let author = match record {
+            Some(record) => Author::starting_from(&mut pot, record),
+            None => Author::new(&mut pot),
+        };
         let wheel = Wheel::starting_at(Tick(0), crate::clay::Phase(0), Wheel::rate_of(wheel_speed));
         // as it arrives at the clients
         let clay = Material::from(ClayWire::from(clay));

@@ -7,9 +7,10 @@ use alloc::vec::Vec;
 
 use super::coder::Encoder;
 use super::grid::QuantisedGrid;
+use super::record::windows;
 use super::residual::{Differences, Models};
-use super::{Touched, Version, dequantise, quantise};
-use crate::clay::Pot;
+use super::{PotRecord, Touched, Version, dequantise, quantise};
+use crate::clay::{Pot, Surface};
 
 /// The change from one snapshot to the next, encoded once for every subscriber.
 #[derive(Clone, Debug)]
@@ -39,6 +40,23 @@ impl Author {
         let grids = untouched_grids(pot);
         let versions = grids.iter().map(|grid| alloc::vec![Version(0); grid.layout().tiles() as usize]).collect();
         Self { grids, versions, latest: Version(0), old: Vec::new(), new: Vec::new(), differences: Vec::new() }
+    }
+
+    /// Starts the chain with the clay of a record on an untouched pot of the same grid.
+    ///
+    /// Version 0 stays the pot that everybody can make; what differs from it is version 1, which reaches those who come
+    /// later as any version does.
+    #[must_use]
+    pub fn starting_from(pot: &mut Pot, record: &PotRecord) -> Self {
+        let mut author = Self::new(pot);
+        let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
+        for (surface, window) in windows(pot) {
+            touched.add_window(surface, window);
+        }
+        record.lay_on(pot);
+        // nobody is there yet to whom the change could be sent
+        author.publish(pot, &mut touched);
+        author
     }
 
     /// The newest snapshot.

@@ -1,0 +1,159 @@
+//! A pot as its snapshots hold it, apart from any wheel: what it was made from, and its radii in quantum steps.
+//!
+//! What a file keeps and a wheel can begin with; knows no versions and no bytes.
+//! Invariant: a record that exists makes a pot, and the same one wherever it is made, bit for bit.
+
+use alloc::vec::Vec;
+
+use super::author::untouched_grids;
+use super::{dequantise, quantise};
+use crate::clay::{Pot, PotError, PotSpec, Surface, Window};
+use crate::units::Metres;
+
+/// What a pot was made from and the radii that it has now.
+///
+/// ```
+/// use pottery_shared::clay::{Pot, PotSpec};
+/// use pottery_shared::snapshot::PotRecord;
+///
+/// let record = PotRecord::of(&Pot::new(PotSpec::default())?);
+/// let pot = record.pot();
+/// assert_eq!(PotRecord::of(&pot), record);
+/// # Ok::<(), pottery_shared::clay::PotError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PotRecord {
+    spec: PotSpec,
+    /// `[surface][columns][rows]`, quantum steps.
+    steps: Vec<Vec<u16>>,
+}
+
+/// Why radii are none of a pot of that specification.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum RecordError {
+    /// No pot is made like that; choose other measures.
+    #[error(transparent)]
+    Pot(#[from] PotError),
+    /// Too few or too many surfaces; give those that a pot has.
+    #[error("{surfaces} surfaces are not those of a pot, which has {expected}")]
+    Surfaces {
+        /// How many were given.
+        surfaces: usize,
+        /// How many a pot has.
+        expected: usize,
+    },
+    /// Too few or too many radii; give one for each element.
+    #[error("{radii} radii do not cover a grid of {elements} elements")]
+    Count {
+        /// How many were given.
+        radii: usize,
+        /// How many the grid has.
+        elements: usize,
+    },
+    /// A radius that an element of this pot cannot have; choose one within the bounds.
+    #[error(
+        "a radius of {radius_mm:.2} mm at column {column}, row {row} cannot be used: this pot takes {min_mm:.2} to {max_mm:.2} mm"
+    )]
+    Radius {
+        /// Where, round the pot.
+        column: usize,
+        /// Where, from the foot up.
+        row: usize,
+        /// What was given, mm.
+        radius_mm: f32,
+        /// Smallest, mm.
+        min_mm: f32,
+        /// Largest, mm.
+        max_mm: f32,
+    },
+}
+
+impl PotRecord {
+    /// The record of a pot, whose radii are rounded to the quantum as a snapshot rounds them.
+    ///
+    /// Of a pot as a snapshot left it, nothing is rounded.
+    #[must_use]
+    pub fn of(pot: &Pot) -> Self {
+        let rounded =
+            |surface: &Surface| surface.radii_m().iter().map(|&radius_m| quantise(radius_m)).collect::<Vec<_>>();
+        Self { spec: *pot.spec(), steps: pot.surfaces().iter().map(rounded).collect() }
+    }
+
+    /// A record of radii in quantum steps, `[surface][columns][rows]`.
+    ///
+    /// # Errors
+    /// [`RecordError`] for a specification that makes no pot, or for radii that are none of it.
+    pub fn new(spec: PotSpec, steps: Vec<Vec<u16>>) -> Result<Self, RecordError> {
+        let pot = Pot::new(spec)?;
+        if steps.len() != pot.surfaces().len() {
+            return Err(RecordError::Surfaces { surfaces: steps.len(), expected: pot.surfaces().len() });
+        }
+        for (surface, steps) in pot.surfaces().iter().zip(&steps) {
+            check(surface, steps)?;
+        }
+        Ok(Self { spec, steps })
+    }
+
+    /// What the pot was made from.
+    #[must_use]
+    pub const fn spec(&self) -> &PotSpec {
+        &self.spec
+    }
+
+    /// The radii of every surface, `[surface][columns][rows]`, in steps of [`super::QUANTUM_M`].
+    #[must_use]
+    pub fn steps(&self) -> &[Vec<u16>] {
+        &self.steps
+    }
+
+    /// The pot, as it stands on a wheel that began with this record.
+    #[must_use]
+    pub fn pot(&self) -> Pot {
+        let mut pot = Pot::new(self.spec).expect("the specification was checked with the record");
+        untouched_grids(&mut pot);
+        self.lay_on(&mut pot);
+        let all: Vec<_> = windows(&pot).collect();
+        pot.settle(all.into_iter());
+        pot
+    }
+
+    /// Gives an untouched pot of the same grid these radii.
+    pub(super) fn lay_on(&self, pot: &mut Pot) {
+        for (surface, steps) in pot.surfaces_mut().iter_mut().zip(&self.steps) {
+            let rows = surface.shape().rows();
+            for (column, steps) in (0..).zip(steps.chunks_exact(rows as usize)) {
+                for (row, &step) in (0..).zip(steps) {
+                    surface.set_radius(column, row, dequantise(step));
+                }
+            }
+        }
+    }
+}
+
+/// Every surface of a pot with all its elements.
+pub(super) fn windows(pot: &Pot) -> impl Iterator<Item = (usize, Window)> {
+    let whole = |surface: &Surface| {
+        let shape = surface.shape();
+        Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() }
+    };
+    pot.surfaces().iter().map(whole).enumerate()
+}
+
+fn check(surface: &Surface, steps: &[u16]) -> Result<(), RecordError> {
+    let shape = surface.shape();
+    if steps.len() != shape.elements() {
+        return Err(RecordError::Count { radii: steps.len(), elements: shape.elements() });
+    }
+    let (min_m, max_m) = surface.bounds_m();
+    let is_outside = |&step: &u16| !(min_m..=max_m).contains(&dequantise(step));
+    match steps.iter().position(is_outside) {
+        None => Ok(()),
+        Some(at) => Err(RecordError::Radius {
+            column: at / shape.rows() as usize,
+            row: at % shape.rows() as usize,
+            radius_mm: Metres(dequantise(steps[at])).as_mm(),
+            min_mm: Metres(min_m).as_mm(),
+            max_mm: Metres(max_m).as_mm(),
+        }),
+    }
+}

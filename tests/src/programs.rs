@@ -1,0 +1,47 @@
+//! The programs as they are run: where they are built, and folders for what they write.
+//!
+//! Builds what is asked for once a process; runs nothing else.
+//! Invariant: no two tests share a folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// The program of that name, built as the whole workspace is, so that nothing is compiled twice.
+///
+/// # Panics
+/// When it cannot be built.
+#[must_use]
+pub fn program(name: &str) -> PathBuf {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let built = Command::new(cargo)
+            .args(["build", "--workspace", "--bins", "--locked"])
+            .args((!cfg!(debug_assertions)).then_some("--release"))
+            .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+            .output()
+            .expect("cargo runs, since it runs this test");
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    });
+    // a test lies in the same folder, one deeper
+    let mut path = std::env::current_exe().expect("a running program has a path");
+    path.pop();
+    path.pop();
+    path.join(name)
+}
+
+/// An empty folder of the test's own.
+///
+/// # Panics
+/// When it cannot be made.
+#[must_use]
+pub fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("pottery-{name}-{}", std::process::id()));
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("what an earlier test left can be removed");
+    }
+    fs::create_dir_all(&folder).expect("the folder for temporary files can be written");
+    folder
+}
