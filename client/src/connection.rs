@@ -139,7 +139,7 @@ async fn greet(
 ) -> Result<Joined, GreetError> {
     let broken = |error: &dyn std::fmt::Display| GreetError::Stream(error.to_string());
     let (mut control_out, mut control_in) = connection.open_bi().await.map_err(|error| broken(&error))?;
-    let greeting = Client::greeting(target.code.room(), target.wheel);
+    let greeting = Client::greeting(target.code.room(), target.wheel, true);
     control_out.write_all(&greeting).await.map_err(|error| broken(&error))?;
     let mut frames = FrameReader::default();
     let mut piece = [0; 4096];

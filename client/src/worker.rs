@@ -8,7 +8,7 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 use pottery_shared::clay::Material;
 use pottery_shared::protocol::{DATAGRAM_MAX, KEYFRAME_MAX, Request};
-use pottery_shared::session::{Client, ClientEvent};
+use pottery_shared::session::{Client, ClientEvent, StepCounts};
 use pottery_shared::tool::ToolSample;
 use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
@@ -59,6 +59,8 @@ pub struct NetworkReport {
     pub mismatches: u64,
     /// How often missing tiles were asked for.
     pub resyncs: u64,
+    /// How the confirmed clay came.
+    pub steps: StepCounts,
     /// Datagrams that made no sense.
     pub malformed: u64,
     /// The stroke that was recorded, if one was asked for.
@@ -118,6 +120,7 @@ impl Worker {
             correction_nm: histogram(1_000_000_000),
             mismatches: 0,
             resyncs: 0,
+            steps: StepCounts::default(),
             malformed: 0,
             recording: None,
         };
@@ -162,7 +165,9 @@ impl Worker {
                 datagram = self.connection.read_datagram() => match datagram {
                     Ok(bytes) => {
                         self.fetch_samples();
+                        let begin = Instant::now();
                         let sound = self.session.handle_datagram(&bytes, self.epoch.elapsed());
+                        self.session.handle_effort(begin.elapsed(), self.epoch.elapsed());
                         self.report.malformed += u64::from(!sound);
                     }
                     Err(error) => break closed_or_lost(&error),
@@ -317,6 +322,7 @@ impl Worker {
         self.report.duration = self.joined_at.elapsed();
         self.report.mismatches = self.session.mismatches();
         self.report.resyncs = self.session.resyncs();
+        self.report.steps = *self.session.step_counts();
         self.report.down_bytes = stats.udp_rx.bytes;
         self.report.up_bytes = stats.udp_tx.bytes;
         self.report

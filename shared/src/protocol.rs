@@ -15,8 +15,8 @@ mod messages;
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
-    Body, ClayWire, Fragment, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead, Refusal, Request,
-    Run, ShapeWire, ToolWire, Welcome, WheelWire,
+    Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead,
+    Refusal, Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
 };
 
 use alloc::vec::Vec;

@@ -200,7 +200,7 @@ impl Room {
         self.next_client = self.next_client.wrapping_add(1).max(1);
         self.places.insert(peer, place);
         self.counts.joined += 1;
-        self.benches[place].seat(peer, client, self.now, &mut self.outbox);
+        self.benches[place].seat(peer, client, &hello, self.now, &mut self.outbox);
         Ok(())
     }
 
@@ -209,7 +209,7 @@ impl Room {
         let request = Peer::read_request(frame)?;
         let cost = match request {
             Request::Leave => 0,
-            Request::WheelSpeed { .. } | Request::Clay { .. } => 1,
+            Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } => 1,
             Request::Resync { .. } => RESYNC_COST,
         };
         if !bench.may_ask(peer, self.now, cost) {
@@ -218,6 +218,7 @@ impl Room {
         match request {
             Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
             Request::Clay { clay } => bench.set_clay(clay, self.now),
+            Request::Retell { retells } => bench.retell(peer, retells),
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);

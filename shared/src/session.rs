@@ -7,12 +7,13 @@
 mod assembly;
 mod clay;
 mod client;
+mod effort;
 mod inputs;
 mod lead;
 mod peer;
 mod runs;
 
-pub use client::{Client, ClientError, ClientEvent, RemoteTool};
+pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use peer::{Peer, PeerError};

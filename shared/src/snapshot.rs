@@ -12,6 +12,7 @@ mod record;
 mod replica;
 mod residual;
 mod tiles;
+mod transcript;
 
 use crate::units::Tick;
 
@@ -20,6 +21,7 @@ pub use grid::{QUANTUM_M, dequantise, quantise};
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
 pub use tiles::{TILE_SIDE, TileLayout, Touched};
+pub use transcript::{Pressed, Transcript};
 
 /// Number of a snapshot in the chain of its wheel; 0 is the untouched pot that everybody can make by themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -68,6 +68,18 @@ impl Sphere {
     pub const fn radius(self) -> Metres {
         self.radius
     }
+
+    /// The sphere of a radius in whole micrometres, as it travels, if there is one.
+    #[must_use]
+    pub fn of_micrometres(radius_um: u16) -> Option<Self> {
+        Self::new(Metres(f32::from(radius_um) * 1e-6)).ok()
+    }
+
+    /// Its radius to the nearest micrometre.
+    #[must_use]
+    pub fn micrometres(self) -> u16 {
+        libm::roundf(self.radius.0 * 1e6) as u16
+    }
 }
 
 impl Default for Sphere {

@@ -34,6 +34,17 @@ impl Tick {
         Self(self.0.saturating_add_signed(ticks))
     }
 
+    /// The tick nearest to this one with the given lowest 16 bits.
+    ///
+    /// ```
+    /// use pottery_shared::units::Tick;
+    /// assert_eq!(Tick(0x2_0003).nearest(0xfffe), Tick(0x1_fffe));
+    /// ```
+    #[must_use]
+    pub const fn nearest(self, lowest: u16) -> Self {
+        self.offset(lowest.wrapping_sub(self.0 as u16) as i16 as i64)
+    }
+
     /// Signed number of ticks from `earlier` to this one; ends at the ends of `i64`.
     ///
     /// ```

@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("clay", &["tool", "units"]),
     ("haptics", &["clay", "tool", "units"]),
     ("protocol", &["units"]),
-    ("snapshot", &["clay", "protocol", "units"]),
+    ("snapshot", &["clay", "protocol", "tool", "units"]),
     ("prediction", &["clay", "protocol", "snapshot", "tool", "units"]),
     ("session", &["clay", "prediction", "protocol", "snapshot", "tool", "units"]),
     ("room", &["clay", "protocol", "session", "snapshot", "tool", "units"]),

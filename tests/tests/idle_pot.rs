@@ -71,7 +71,7 @@ fn room_sends_nothing_of_a_pot_that_nobody_touches() {
     })
     .unwrap();
     let mut reader = FrameReader::default();
-    reader.push(&Client::greeting("CLAY", 1));
+    reader.push(&Client::greeting("CLAY", 1, true));
     room.handle_control(PeerId(0), &reader.next_frame().unwrap().unwrap());
     let before = room.digest(0).unwrap();
     let mut pulses = 0;

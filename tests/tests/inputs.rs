@@ -115,7 +115,7 @@ impl Studio {
 }
 
 fn greeting(version: u16, code: &str, wheel: u16) -> Vec<u8> {
-    let hello = protocol::encode(&Hello { code: code.into(), wheel });
+    let hello = protocol::encode(&Hello { code: code.into(), wheel, retells: false });
     protocol::encode(&Greeting { magic: Greeting::MAGIC, version: version.to_le_bytes(), hello })
 }
 

@@ -145,7 +145,7 @@ impl RawClient {
 
     async fn joined(server: &Server, wheel: u16) -> (Self, Client) {
         let mut raw = Self::connect(server, client_config(server.code()).unwrap()).await;
-        raw.send.write_all(&Client::greeting(server.code().room(), wheel)).await.unwrap();
+        raw.send.write_all(&Client::greeting(server.code().room(), wheel, true)).await.unwrap();
         let welcome = raw.frame().await.unwrap();
         let client = Client::open(&welcome, 0, raw.connection.rtt()).unwrap();
         (raw, client)
@@ -230,7 +230,7 @@ async fn a_full_studio_says_so() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_version_and_no_version_are_refused_politely() {
     let server = Server::start(config()).unwrap();
-    let hello = protocol::encode(&Hello { code: server.code().room().to_owned(), wheel: 1 });
+    let hello = protocol::encode(&Hello { code: server.code().room().to_owned(), wheel: 1, retells: true });
     let version = (protocol::VERSION + 1).to_le_bytes();
     let newer = protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello });
     let expected = Refusal::Version { server: protocol::VERSION, client: protocol::VERSION + 1 };
@@ -433,7 +433,7 @@ async fn a_client_that_reads_nothing_is_let_go_and_the_others_hear_everything() 
     transport.stream_receive_window(512_u32.into());
     narrow.transport_config(Arc::new(transport));
     let mut deaf = RawClient::connect(&server, narrow).await;
-    deaf.send.write_all(&Client::greeting(server.code().room(), 1)).await.unwrap();
+    deaf.send.write_all(&Client::greeting(server.code().room(), 1, true)).await.unwrap();
     standing_when(&server, "the deaf one is in", |standing| standing.people == 2).await;
     // a notice every 10 ms goes to all; 512 bytes and 256 frames later the deaf one's queue is full. Nobody may ask for
     // all that alone.

@@ -32,6 +32,11 @@ impl Dice {
     }
 }
 
+/// Whether a person presses again what was pressed.
+const fn retells(person: u64) -> bool {
+    person.is_multiple_of(2)
+}
+
 struct Wire {
     delay_ms: u64,
     jitter_ms: u64,
@@ -97,7 +102,8 @@ impl World {
         for person in 0..people {
             let peer = PeerId(person);
             world.clients.insert(peer, (None, FrameReader::default()));
-            let greeting = Client::greeting("CLAY", 1);
+            // every second person takes the tiles that changed, the others press again what was pressed
+            let greeting = Client::greeting("CLAY", 1, retells(person));
             world.post(0, true, Parcel::ControlToServer(peer, greeting));
         }
         world
@@ -206,12 +212,24 @@ impl World {
         }
     }
 
+    fn assert_same(&self, seed: u64) {
+        for (peer, (client, _)) in &self.clients {
+            let client = client.as_ref().unwrap();
+            assert_eq!(Some(client.replica().digest()), self.room.digest(0), "seed {seed}: {peer:?}");
+        }
+    }
+
     fn assert_settled(&self, seed: u64) {
+        self.assert_same(seed);
         for (peer, (client, _)) in &self.clients {
             let client = client.as_ref().unwrap();
             assert!(client.is_settled(), "seed {seed}: {peer:?} has {:?}", client.replica().version());
-            assert_eq!(Some(client.replica().digest()), self.room.digest(0), "seed {seed}: {peer:?}");
             assert_eq!(client.mismatches(), 0, "seed {seed}: {peer:?}");
+            let steps = client.step_counts();
+            // of a light touch the changed tiles are the shorter, and what was lost comes as tiles too
+            let sound = if retells(peer.0) { steps.retold > 30 } else { steps.retold == 0 && steps.deltas > 30 };
+            assert!(sound, "seed {seed}: {peer:?} {steps:?}");
+            assert_eq!(steps.unlike, 0, "seed {seed}: {peer:?}");
             assert_eq!(client.predicted().digest(), self.room.pot(0).unwrap().digest(), "seed {seed}: {peer:?}");
         }
     }
@@ -242,6 +260,31 @@ fn everybody_holds_the_same_clay_after_loss_reorder_and_duplication() {
         assert!(pressed_mm3 > 5_000.0, "seed {seed}: {pressed_mm3} mm³");
         println!("seed {seed}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
     }
+}
+
+#[test]
+fn who_cannot_keep_up_takes_deltas_and_tries_again_later() {
+    let wire = Wire { delay_ms: 10, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+    let mut world = World::new(1, wire, 2);
+    let mut counts = Vec::new();
+    for now in 0..2400 {
+        world.step(now, hand);
+        let (Some(client), _) = world.clients.get_mut(&PeerId(0)).unwrap() else { continue };
+        // half of the first second is spent on clay
+        let spent = if now < 1000 { 5 } else { 1 };
+        if now % 10 == 0 {
+            client.handle_effort(Duration::from_millis(spent), Duration::from_millis(now));
+        }
+        if now % 800 == 799 {
+            counts.push((client.retells(), *client.step_counts()));
+        }
+    }
+    let [(true, first), (false, _), (false, last)] = counts[..] else { panic!("{counts:?}") };
+    assert!(first.retold > 15 && last.deltas > 40 && last.unlike == 0, "{counts:?}");
+    let (Some(client), _) = world.clients.get_mut(&PeerId(0)).unwrap() else { panic!() };
+    client.handle_effort(Duration::ZERO, Duration::from_secs(60));
+    assert!(client.retells(), "it never tries again");
+    world.assert_same(2);
 }
 
 #[test]

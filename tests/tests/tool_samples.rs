@@ -26,7 +26,7 @@ fn client() -> Client {
     })
     .unwrap();
     let mut reader = FrameReader::default();
-    reader.push(&Client::greeting("CLAY", 1));
+    reader.push(&Client::greeting("CLAY", 1, true));
     room.handle_control(PeerId(0), &reader.next_frame().unwrap().unwrap());
     let Some(Lane::Control(welcome)) = room.poll_transmit().map(|transmit| transmit.lane) else { panic!("no welcome") };
     reader.push(&welcome);

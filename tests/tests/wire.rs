@@ -5,9 +5,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use pottery_shared::protocol::{
-    self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FrameReader, Greeting, Hello, Inputs, JoinCode,
-    JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal, Request, Run,
-    ShapeWire, ToolWire, Welcome, WheelWire,
+    self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting, Hello, Inputs,
+    JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal,
+    Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -65,7 +65,7 @@ fn greeting() -> impl Strategy<Value = Greeting> {
 }
 
 fn hello() -> impl Strategy<Value = Hello> {
-    (text(), any::<u16>()).prop_map(|(code, wheel)| Hello { code, wheel })
+    (text(), any::<u16>(), any::<bool>()).prop_map(|(code, wheel, retells)| Hello { code, wheel, retells })
 }
 
 fn clay() -> impl Strategy<Value = ClayWire> {
@@ -77,6 +77,7 @@ fn request() -> impl Strategy<Value = Request> {
         any::<f32>().prop_map(|rpm| Request::WheelSpeed { rpm }),
         clay().prop_map(|clay| Request::Clay { clay }),
         any::<u32>().prop_map(|have| Request::Resync { have }),
+        any::<bool>().prop_map(|retells| Request::Retell { retells }),
         Just(Request::Leave),
     ]
 }
@@ -107,13 +108,8 @@ fn welcome() -> impl Strategy<Value = Welcome> {
     });
     let clay = prop::collection::vec((any::<u64>(), clay()), 0..20);
     let wheel = prop::collection::vec(wheel(), 0..20);
-    (any::<(u16, u64, u8)>(), pot, wheel, clay).prop_map(|((client, now, method), pot, wheel, clay)| Welcome {
-        client,
-        now,
-        pot,
-        wheel,
-        clay,
-        method,
+    (any::<(u16, u64, u8, u32)>(), pot, wheel, clay).prop_map(|((client, now, method, told), pot, wheel, clay)| {
+        Welcome { client, now, pot, wheel, clay, method, told }
     })
 }
 
@@ -142,6 +138,15 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
 }
 
+fn retelling() -> impl Strategy<Value = Retelling> {
+    (any::<[[u8; 2]; 3]>(), bytes(900)).prop_map(|([since, told, digest], transcript)| Retelling {
+        since,
+        told,
+        digest,
+        transcript,
+    })
+}
+
 fn pulse() -> impl Strategy<Value = Pulse> {
     let tool = (any::<(u16, [i32; 3], bool)>(), shape()).prop_map(|((client, centre, touching), tool)| ToolWire {
         client,
@@ -149,12 +154,9 @@ fn pulse() -> impl Strategy<Value = Pulse> {
         tool,
         touching,
     });
-    let fragment = (any::<(u32, u16, u16)>(), bytes(600)).prop_map(|((version, index, count), bytes)| Fragment {
-        version,
-        index,
-        count,
-        bytes,
-    });
+    let of = prop_oneof![Just(FragmentOf::Delta), Just(FragmentOf::Transcript)];
+    let fragment = (any::<(u32, u16, u16)>(), of, bytes(600))
+        .prop_map(|((version, index, count), of, bytes)| Fragment { version, of, index, count, bytes });
     let tools = prop::option::of(prop::collection::vec(tool, 0..30));
     let fragments = prop::collection::vec(fragment, 0..3);
     let body = (any::<(u64, u32, Option<u64>)>(), tools, fragments)
@@ -203,6 +205,7 @@ laws!(request_is_read_as_written, request(), Request, CONTROL_MAX);
 laws!(notice_is_read_as_written, notice(), Notice, CONTROL_MAX);
 laws!(inputs_are_read_as_written, inputs(), Inputs, DATAGRAM_MEMORY_MAX);
 laws!(pulse_is_read_as_written, pulse(), Pulse, DATAGRAM_MEMORY_MAX);
+laws!(retelling_is_read_as_written, retelling(), Retelling, DATAGRAM_MEMORY_MAX);
 
 proptest! {
     // a limit of 16 MiB is slow to exceed, so the law of too long input stands apart
@@ -357,6 +360,7 @@ fn clay_takes_twelve_bytes_and_the_longest_welcome_passes() {
         wheel: vec![WheelWire { from: 1 << 48, phase: u32::MAX, rate: i32::MIN }; 256],
         clay: vec![(1 << 48, clay); 256],
         method: 2,
+        told: u32::MAX,
     });
     let bytes = protocol::encode(&welcome);
     println!("{} bytes of {CONTROL_MAX}", bytes.len());

@@ -68,6 +68,8 @@ struct Network {
     rtt_ms: Spread,
     mismatches: u64,
     resyncs: u64,
+    retold_snapshots: u64,
+    delta_snapshots: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -164,7 +166,9 @@ impl SessionReport {
                 down_bytes_per_s_per_client: rate(|part| part.down_bytes).round(),
                 up_bytes_per_s_per_client: rate(|part| part.up_bytes).round(),
                 rtt_ms: spread(&merged(network().map(|part| &part.round_trip_us)), 1e-3),
-                mismatches: network().map(|part| part.mismatches).sum(),
+                mismatches: network().map(|part| part.mismatches + part.steps.unlike).sum(),
+                retold_snapshots: network().map(|part| part.steps.retold).sum(),
+                delta_snapshots: network().map(|part| part.steps.deltas).sum(),
                 resyncs: network().map(|part| part.resyncs).sum(),
             },
             prediction_error_mm: spread(&merged(network().map(|part| &part.correction_nm)), 1e-6),

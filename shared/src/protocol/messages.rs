@@ -30,6 +30,8 @@ pub struct Hello {
     pub code: String,
     /// Number of the wheel, from 1.
     pub wheel: u16,
+    /// Whether it presses again what was pressed, and so wants transcripts and no deltas.
+    pub retells: bool,
 }
 
 /// What a client asks for on the control stream.
@@ -49,6 +51,11 @@ pub enum Request {
     Resync {
         /// Version held whole; 0 asks for the whole pot.
         have: u32,
+    },
+    /// From now on, transcripts or deltas.
+    Retell {
+        /// Whether the client keeps up with pressing again what was pressed.
+        retells: bool,
     },
     /// Goodbye.
     Leave,
@@ -141,6 +148,8 @@ pub struct Welcome {
     pub clay: Vec<(u64, ClayWire)>,
     /// Number of the deformation method.
     pub method: u8,
+    /// Notices told to everybody before this welcome.
+    pub told: u32,
 }
 
 /// What the server says on the control stream.
@@ -257,11 +266,35 @@ pub struct ToolWire {
     pub touching: bool,
 }
 
-/// A piece of a delta.
+/// How a fragment's bytes lead from one snapshot to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+pub enum FragmentOf {
+    /// They are the tiles that changed.
+    Delta,
+    /// They are a [`Retelling`].
+    Transcript,
+}
+
+/// What was pressed between two snapshots, for those who press it again.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Retelling {
+    /// Lowest 16 bits of the tick of the snapshot before.
+    pub since: [u8; 2],
+    /// Lowest 16 bits of the number of notices that were told to everybody before: who has not heard them all waits.
+    pub told: [u8; 2],
+    /// Lowest 16 bits of the digest of the clay afterwards.
+    pub digest: [u8; 2],
+    /// The transcript.
+    pub transcript: Vec<u8>,
+}
+
+/// A piece of what leads to a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Fragment {
-    /// The snapshot that the delta leads to.
+    /// The snapshot that it leads to.
     pub version: u32,
+    /// What it is a piece of.
+    pub of: FragmentOf,
     /// Number of the piece.
     pub index: u16,
     /// Number of pieces.

@@ -8,10 +8,12 @@ use alloc::vec::Vec;
 
 use super::{Lane, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
-use crate::protocol::{self, Body, ClayWire, Fragment, Keyframe, Notice, PotWire, ToolWire, Welcome, WheelWire};
+use crate::protocol::{
+    self, Body, ClayWire, Fragment, FragmentOf, Hello, Keyframe, Notice, PotWire, Retelling, ToolWire, Welcome,
+    WheelWire,
+};
 use crate::session::{Peer, Refusals};
-use crate::snapshot::{Author, Delta, PotRecord, SnapshotClock, Touched, Version};
-use crate::tool::ToolSample;
+use crate::snapshot::{Author, Delta, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
@@ -40,15 +42,25 @@ const OVERHEAD_BYTES: usize = 48;
 struct Seat {
     client: u16,
     peer: Peer,
+    /// Whether the client presses again what was pressed.
+    retells: bool,
     /// Gone, but with samples still to be pressed.
     leaving: bool,
 }
 
-/// A delta that is still being repeated.
+/// What leads to a snapshot and is still being repeated.
 #[derive(Debug)]
 struct Recent {
-    fragments: Vec<Fragment>,
+    delta: Vec<Fragment>,
+    /// Absent when the delta is shorter.
+    transcript: Option<Vec<Fragment>>,
     repeats: u8,
+}
+
+impl Recent {
+    fn fragments(&self, retells: bool) -> &[Fragment] {
+        self.transcript.as_ref().filter(|_| retells).unwrap_or(&self.delta)
+    }
 }
 
 /// A wheel, its clay and its people.
@@ -69,7 +81,11 @@ pub(super) struct Bench {
     snapshot_tick: Tick,
     acknowledged: BTreeMap<PeerId, u32>,
     presses: Vec<Press>,
-    pressing: Vec<(PeerId, ToolSample)>,
+    pressing: Vec<(PeerId, Pressed)>,
+    /// What was pressed since the last snapshot; `None` when it was too much to tell.
+    transcript: Option<Transcript>,
+    /// Notices told to everybody.
+    told: u32,
 }
 
 impl Bench {
@@ -103,6 +119,8 @@ impl Bench {
             acknowledged: BTreeMap::new(),
             presses: Vec::new(),
             pressing: Vec::new(),
+            transcript: Some(Transcript::default()),
+            told: 0,
         }
     }
 
@@ -123,8 +141,15 @@ impl Bench {
     }
 
     /// Gives a new peer its place, its welcome and the clay as it is.
-    pub(super) fn seat(&mut self, peer: PeerId, client: u16, now: Tick, outbox: &mut VecDeque<Transmit>) {
-        self.seats.insert(peer, Seat { client, peer: Peer::default(), leaving: false });
+    pub(super) fn seat(
+        &mut self,
+        peer: PeerId,
+        client: u16,
+        hello: &Hello,
+        now: Tick,
+        outbox: &mut VecDeque<Transmit>,
+    ) {
+        self.seats.insert(peer, Seat { client, peer: Peer::default(), retells: hello.retells, leaving: false });
         let spec = self.pot.spec();
         let welcome = Welcome {
             client,
@@ -145,6 +170,7 @@ impl Bench {
                 .collect(),
             clay: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.into())).collect(),
             method: self.conditions.method.number(),
+            told: self.told,
         };
         let notice = Peer::notice(&Notice::Welcome(welcome));
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
@@ -195,7 +221,15 @@ impl Bench {
         }
     }
 
-    fn tell_all(&self, notice: &Notice, outbox: &mut VecDeque<Transmit>) {
+    /// From now on, a peer gets transcripts or deltas.
+    pub(super) fn retell(&mut self, peer: PeerId, retells: bool) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.retells = retells;
+        }
+    }
+
+    fn tell_all(&mut self, notice: &Notice, outbox: &mut VecDeque<Transmit>) {
+        self.told = self.told.wrapping_add(1);
         let frame = Peer::notice(notice);
         for (&to, _) in self.present() {
             outbox.push_back(Transmit { to, lane: Lane::Control(frame.clone()) });
@@ -234,10 +268,13 @@ impl Bench {
             self.tell_settings(outbox);
         }
         if SnapshotClock::is_due(tick) {
-            let delta = self.author.publish(&mut self.pot, &mut self.touched);
+            if let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched) {
+                self.recent.push_back(self.recent(&delta));
+            }
+            self.transcript.get_or_insert_default().clear();
             self.snapshot_tick = tick;
             self.note_acknowledged(gone);
-            self.pulse(tick, delta, outbox);
+            self.pulse(tick, outbox);
         }
     }
 
@@ -247,8 +284,9 @@ impl Bench {
         self.pressing.clear();
         for (&peer, seat) in &mut self.seats {
             if let Some(sample) = seat.peer.take_due(tick) {
-                self.presses.push(self.conditions.press(&sample, seat.peer.last_sample()));
-                self.pressing.push((peer, sample));
+                let before = seat.peer.last_sample().filter(|before| sample.follows(before)).copied();
+                self.presses.push(self.conditions.press(&sample, before.as_ref()));
+                self.pressing.push((peer, Pressed { client: seat.client, sample, before }));
             }
         }
         if self.presses.is_empty() {
@@ -258,10 +296,16 @@ impl Bench {
         let contacts = self.substep.advance(&mut self.pot, &self.presses, self.conditions.method, |surface, window| {
             touched.add_window(surface, window);
         });
-        for (&(peer, sample), contact) in self.pressing.iter().zip(contacts) {
-            if let Some(seat) = self.seats.get_mut(&peer) {
-                seat.peer.note_tool(sample, contact.elements > 0);
+        let mut any_touches = false;
+        for ((peer, pressed), contact) in self.pressing.iter().zip(contacts) {
+            any_touches |= contact.elements > 0;
+            if let Some(seat) = self.seats.get_mut(peer) {
+                seat.peer.note_tool(pressed.sample, contact.elements > 0);
             }
+        }
+        let told = self.pressing.iter().map(|(_, pressed)| *pressed);
+        if any_touches && self.transcript.as_mut().is_some_and(|transcript| !transcript.add(told)) {
+            self.transcript = None;
         }
         true
     }
@@ -279,10 +323,27 @@ impl Bench {
         self.acknowledged.extend(self.seats.iter().map(|(&peer, seat)| (peer, seat.peer.inputs().acknowledged())));
     }
 
-    fn pulse(&mut self, tick: Tick, delta: Option<Delta>, outbox: &mut VecDeque<Transmit>) {
-        if let Some(delta) = delta {
-            self.recent.push_back(Recent { fragments: fragments(&delta), repeats: REPEATS });
+    /// What leads to a snapshot, ready to be sent.
+    fn recent(&self, delta: &Delta) -> Recent {
+        let retelling = self.transcript.as_ref().filter(|_| self.seats.values().any(|seat| seat.retells));
+        let transcript = retelling.map(|transcript| {
+            protocol::encode(&Retelling {
+                since: (self.snapshot_tick.0 as u16).to_le_bytes(),
+                told: (self.told as u16).to_le_bytes(),
+                digest: (self.author.digest() as u16).to_le_bytes(),
+                transcript: transcript.encode(self.snapshot_tick),
+            })
+        });
+        Recent {
+            delta: fragments(delta.version, FragmentOf::Delta, &delta.bytes),
+            transcript: transcript
+                .filter(|bytes| bytes.len() < delta.bytes.len())
+                .map(|bytes| fragments(delta.version, FragmentOf::Transcript, &bytes)),
+            repeats: REPEATS,
         }
+    }
+
+    fn pulse(&mut self, tick: Tick, outbox: &mut VecDeque<Transmit>) {
         let tools: Vec<ToolWire> = self
             .present()
             .filter_map(|(_, seat)| seat.peer.tool(seat.client, tick, TOOL_SHOWN_TICKS))
@@ -292,10 +353,12 @@ impl Bench {
         self.pulses += 1;
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
-        let bodies = bodies(first, self.recent.iter().flat_map(|recent| &recent.fragments));
+        let mut encoded: [Option<Vec<Vec<u8>>>; 2] = [None, None];
         for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
             let head = seat.peer.pulse_head();
-            for body in &bodies {
+            let fragments = self.recent.iter().flat_map(|recent| recent.fragments(seat.retells));
+            let bodies = encoded[usize::from(seat.retells)].get_or_insert_with(|| bodies(&first, fragments));
+            for body in bodies {
                 outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
             }
         }
@@ -311,23 +374,23 @@ const fn change_after(now: Tick) -> Tick {
     Tick(now.offset(NOTICE_TICKS).0.next_multiple_of(SETTINGS_EVERY))
 }
 
-/// A delta cut into pieces that fit a datagram.
-fn fragments(delta: &Delta) -> Vec<Fragment> {
-    let count = delta.bytes.len().div_ceil(FRAGMENT_BYTES).max(1);
+/// What leads to a version, cut into pieces that fit a datagram.
+fn fragments(version: Version, of: FragmentOf, bytes: &[u8]) -> Vec<Fragment> {
+    let count = bytes.len().div_ceil(FRAGMENT_BYTES).max(1);
     (0..count)
         .map(|index| {
-            let end = delta.bytes.len().min((index + 1) * FRAGMENT_BYTES);
-            let bytes = delta.bytes[index * FRAGMENT_BYTES..end].to_vec();
-            Fragment { version: delta.version.0, index: index as u16, count: count as u16, bytes }
+            let end = bytes.len().min((index + 1) * FRAGMENT_BYTES);
+            let bytes = bytes[index * FRAGMENT_BYTES..end].to_vec();
+            Fragment { version: version.0, of, index: index as u16, count: count as u16, bytes }
         })
         .collect()
 }
 
 /// Encoded bodies that carry all fragments, each small enough for a datagram.
-fn bodies<'a>(first: Body, fragments: impl Iterator<Item = &'a Fragment>) -> Vec<Vec<u8>> {
+fn bodies<'a>(first: &Body, fragments: impl Iterator<Item = &'a Fragment>) -> Vec<Vec<u8>> {
     let (tick, latest) = (first.tick, first.latest);
-    let mut size = protocol::encode(&first).len() + OVERHEAD_BYTES;
-    let mut all = alloc::vec![first];
+    let mut size = protocol::encode(first).len() + OVERHEAD_BYTES;
+    let mut all = alloc::vec![first.clone()];
     for fragment in fragments {
         let added = fragment.bytes.len() + 16;
         if size + added > protocol::DATAGRAM_MAX {

@@ -1,12 +1,12 @@
-//! Deltas put together from their fragments.
+//! Deltas and retellings put together from their fragments.
 //!
-//! Knows no clay: hands out whole deltas in the order of their versions.
+//! Knows no clay: hands out what is whole in the order of its versions.
 //! Invariant: holds at most [`VERSIONS_MAX`] unfinished versions of at most [`BYTES_MAX`] bytes each.
 
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use crate::protocol::{Body, Fragment};
+use crate::protocol::{self, Body, Fragment, FragmentOf, Retelling};
 use crate::snapshot::Version;
 use crate::units::Tick;
 
@@ -22,22 +22,75 @@ pub(super) struct Standing {
     pub(super) digest: Option<u64>,
 }
 
+/// What leads to the next snapshot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// The tiles that changed.
+    Delta(Vec<u8>),
+    /// What was pressed, and a tick near it.
+    Retelling(Retelling, Tick),
+}
+
 #[derive(Debug, Default)]
 struct Parts {
     pieces: Vec<Option<Vec<u8>>>,
     bytes: usize,
+    /// The tick of the pulse that brought the first of them.
+    tick: Tick,
 }
 
 impl Parts {
-    fn is_whole(&self) -> bool {
-        !self.pieces.is_empty() && self.pieces.iter().all(Option::is_some)
+    /// All bytes, once no piece is missing.
+    fn whole(&self) -> Option<Vec<u8>> {
+        let is_whole = !self.pieces.is_empty() && self.pieces.iter().all(Option::is_some);
+        is_whole.then(|| self.pieces.iter().flatten().flatten().copied().collect())
+    }
+}
+
+/// What is known of the way to one version.
+#[derive(Debug, Default)]
+struct Way {
+    delta: Parts,
+    transcript: Parts,
+    /// The first of them that became whole.
+    step: Option<Step>,
+}
+
+impl Way {
+    /// Keeps what has become whole; false when it is no message.
+    fn complete(&mut self) -> bool {
+        if self.step.is_some() {
+            return true;
+        }
+        if let Some(bytes) = self.delta.whole() {
+            self.step = Some(Step::Delta(bytes));
+        } else if let Some(bytes) = self.transcript.whole() {
+            let Ok(retelling) = protocol::decode::<BYTES_MAX, Retelling>(&bytes) else {
+                self.transcript = Parts::default();
+                return false;
+            };
+            self.step = Some(Step::Retelling(retelling, self.transcript.tick));
+        }
+        true
+    }
+
+    /// Whether it can be gone by one who has heard the first `told` notices.
+    fn is_open(&self, told: u32) -> bool {
+        match &self.step {
+            None => false,
+            Some(Step::Delta(_)) => true,
+            // as numbers that wrap
+            Some(Step::Retelling(retelling, _)) => {
+                (told as u16).wrapping_sub(u16::from_le_bytes(retelling.told)) as i16 >= 0
+            }
+        }
     }
 }
 
 /// Collects fragments and standings above the version held.
 #[derive(Debug, Default)]
 pub(super) struct Assembly {
-    parts: BTreeMap<Version, Parts>,
+    ways: BTreeMap<Version, Way>,
     standings: BTreeMap<Version, Standing>,
     latest: Version,
 }
@@ -59,10 +112,10 @@ impl Assembly {
         }
         let mut sound = true;
         for fragment in body.fragments {
-            sound &= self.add(fragment, held);
+            sound &= self.add(fragment, Tick(body.tick), held);
         }
-        while self.parts.len() > VERSIONS_MAX {
-            self.parts.pop_last();
+        while self.ways.len() > VERSIONS_MAX {
+            self.ways.pop_last();
         }
         while self.standings.len() > VERSIONS_MAX {
             self.standings.pop_first();
@@ -70,7 +123,7 @@ impl Assembly {
         sound
     }
 
-    fn add(&mut self, fragment: Fragment, held: Version) -> bool {
+    fn add(&mut self, fragment: Fragment, tick: Tick, held: Version) -> bool {
         let version = Version(fragment.version);
         if version <= held {
             return true;
@@ -78,9 +131,14 @@ impl Assembly {
         if fragment.count == 0 || fragment.count > FRAGMENTS_MAX || fragment.index >= fragment.count {
             return false;
         }
-        let parts = self.parts.entry(version).or_default();
+        let way = self.ways.entry(version).or_default();
+        let parts = match fragment.of {
+            FragmentOf::Delta => &mut way.delta,
+            FragmentOf::Transcript => &mut way.transcript,
+        };
         if parts.pieces.is_empty() {
             parts.pieces.resize(usize::from(fragment.count), None);
+            parts.tick = tick;
         }
         if parts.pieces.len() != usize::from(fragment.count) || parts.bytes + fragment.bytes.len() > BYTES_MAX {
             return false;
@@ -90,14 +148,15 @@ impl Assembly {
             parts.bytes += fragment.bytes.len();
             *piece = Some(fragment.bytes);
         }
-        true
+        way.complete()
     }
 
-    /// The newest version up to which every delta after `held` is whole and of which a pulse told the standing.
-    pub(super) fn reachable(&self, held: Version) -> Option<(Version, Standing)> {
+    /// The newest version to which the way from `held` is open for one who has heard `told` notices, and of which a pulse
+    /// told the standing.
+    pub(super) fn reachable(&self, held: Version, told: u32) -> Option<(Version, Standing)> {
         let mut version = held;
         let mut best = self.standings.get(&held).map(|standing| (held, *standing));
-        while self.parts.get(&version.next()).is_some_and(Parts::is_whole) {
+        while self.ways.get(&version.next()).is_some_and(|way| way.is_open(told)) {
             version = version.next();
             if let Some(standing) = self.standings.get(&version) {
                 best = Some((version, *standing));
@@ -106,15 +165,14 @@ impl Assembly {
         best
     }
 
-    /// The whole delta to a version, taken out.
-    pub(super) fn take(&mut self, version: Version) -> Vec<u8> {
-        let parts = self.parts.remove(&version).unwrap_or_default();
-        parts.pieces.into_iter().flatten().flatten().collect()
+    /// The step to a version, taken out.
+    pub(super) fn take(&mut self, version: Version) -> Option<Step> {
+        self.ways.remove(&version)?.step
     }
 
     /// Forgets what is not newer than `held`.
     pub(super) fn forget(&mut self, held: Version) {
-        self.parts.retain(|version, _| *version > held);
+        self.ways.retain(|version, _| *version > held);
         self.standings.retain(|version, _| *version >= held);
     }
 

@@ -8,13 +8,16 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Step};
+use super::effort::Effort;
 use super::lead::Lead;
 use super::runs;
-use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, Support, Wheel};
+use crate::clay::{
+    Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, SubStep, Support, Wheel,
+};
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
-use crate::snapshot::{Replica, SnapshotError, Touched, Version};
+use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{Orientation, Position, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
@@ -85,6 +88,24 @@ pub struct Client {
     behind_since: Option<Duration>,
     mismatches: u64,
     resyncs: u64,
+    /// Presses again what others tell.
+    substep: SubStep,
+    retells: bool,
+    effort: Effort,
+    /// Notices heard, those before the welcome included.
+    told: u32,
+    counts: StepCounts,
+}
+
+/// How the replica came to its snapshots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepCounts {
+    /// By pressing again what was pressed.
+    pub retold: u64,
+    /// By the tiles that changed.
+    pub deltas: u64,
+    /// Retellings after which the clay was not the author's; each was mended by asking for the whole pot.
+    pub unlike: u64,
 }
 
 impl Client {
@@ -95,10 +116,14 @@ impl Client {
     /// Time without a whole snapshot after which the missing tiles are asked for.
     const RESYNC_AFTER: Duration = Duration::from_millis(200);
 
-    /// The first frame to send.
+    /// Retellings that may come out wrong before it asks for deltas instead.
+    const UNLIKE_MAX: u64 = 3;
+
+    /// The first frame to send. A client that `retells` gets what was pressed and presses it again, which takes a tenth of
+    /// the bytes that changed tiles do, and time.
     #[must_use]
-    pub fn greeting(code: &str, wheel: u16) -> Vec<u8> {
-        let hello = protocol::encode(&Hello { code: String::from(code), wheel });
+    pub fn greeting(code: &str, wheel: u16, retells: bool) -> Vec<u8> {
+        let hello = protocol::encode(&Hello { code: String::from(code), wheel, retells });
         let version = protocol::VERSION.to_le_bytes();
         protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
     }
@@ -116,6 +141,7 @@ impl Client {
             _ => return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into()),
         };
         let pot = pot_of(&welcome).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
+        let substep = SubStep::for_grid(pot.spec().shape);
         let replica = Replica::new(pot);
         // a room that has been open for thousands of years is none
         if welcome.now > 1 << 48 {
@@ -145,6 +171,11 @@ impl Client {
             behind_since: None,
             mismatches: 0,
             resyncs: 0,
+            substep,
+            retells: true,
+            effort: Effort::default(),
+            told: welcome.told,
+            counts: StepCounts::default(),
         })
     }
 
@@ -202,6 +233,36 @@ impl Client {
         self.mismatches
     }
 
+    /// How the replica came to its snapshots.
+    #[must_use]
+    pub const fn step_counts(&self) -> &StepCounts {
+        &self.counts
+    }
+
+    /// Whether it asks for what was pressed, and presses it again.
+    #[must_use]
+    pub const fn retells(&self) -> bool {
+        self.retells
+    }
+
+    /// Asks for what was pressed, or for the tiles that changed, from now on; what is under way is taken in either way.
+    pub fn retell(&mut self, retells: bool) {
+        if self.retells != retells {
+            self.retells = retells;
+            self.request(&Request::Retell { retells });
+        }
+    }
+
+    /// Takes in how long the caller's last [`Client::handle_datagram`] took: a client that spends more than a third of its
+    /// time there asks for deltas, and tries again after half a minute.
+    pub fn handle_effort(&mut self, spent: Duration, now: Duration) {
+        if let Some(retells) = self.effort.handle(spent, now)
+            && self.counts.unlike < Self::UNLIKE_MAX
+        {
+            self.retell(retells);
+        }
+    }
+
     /// How often missing tiles had to be asked for.
     #[must_use]
     pub const fn resyncs(&self) -> u64 {
@@ -237,10 +298,12 @@ impl Client {
     pub fn handle_control(&mut self, frame: &[u8]) -> Result<(), ClientError> {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
             Notice::Wheel { from, rate } => {
+                self.told = self.told.wrapping_add(1);
                 self.conditions.wheel.schedule(Tick(from), rate);
                 self.events.push_back(ClientEvent::Conditions);
             }
             Notice::Clay { from, clay } => {
+                self.told = self.told.wrapping_add(1);
                 self.conditions.material.set(Tick(from), clay.into());
                 self.events.push_back(ClientEvent::Conditions);
             }
@@ -289,12 +352,10 @@ impl Client {
     /// Applies every delta that is whole, checks the digest and asks for what stays missing.
     fn catch_up(&mut self, now: Duration) {
         let held = self.replica.version();
-        if let Some((version, standing)) = self.assembly.reachable(held) {
+        if let Some((version, standing)) = self.assembly.reachable(held, self.told) {
             let mut applied = Ok(());
             while applied.is_ok() && self.replica.version() < version {
-                let next = self.replica.version().next();
-                let bytes = self.assembly.take(next);
-                applied = self.replica.apply_delta(next, &bytes, &mut self.news);
+                applied = self.step();
             }
             if self.replica.version() > held || standing.acknowledged != self.acknowledged {
                 self.confirm(standing.tick, standing.acknowledged, now);
@@ -315,6 +376,34 @@ impl Client {
         } else if now.saturating_sub(*self.behind_since.get_or_insert(now)) >= Self::RESYNC_AFTER {
             self.behind_since = Some(now + Self::RESYNC_AFTER * 4);
             self.resync(self.replica.version());
+        }
+    }
+
+    /// Goes one snapshot on.
+    fn step(&mut self) -> Result<(), SnapshotError> {
+        let next = self.replica.version().next();
+        match self.assembly.take(next) {
+            None => Err(SnapshotError::NotNext { delta: next, held: self.replica.version() }),
+            Some(Step::Delta(bytes)) => {
+                self.counts.deltas += 1;
+                self.replica.apply_delta(next, &bytes, &mut self.news)
+            }
+            Some(Step::Retelling(told, near)) => {
+                let bytes = told.transcript.len();
+                let since = near.nearest(u16::from_le_bytes(told.since));
+                let transcript =
+                    Transcript::decode(&told.transcript, since).ok_or(SnapshotError::Malformed { bytes })?;
+                self.counts.retold += 1;
+                self.replica.retell(next, &transcript, &self.conditions, &mut self.substep, &mut self.news)?;
+                if self.replica.digest() as u16 != u16::from_le_bytes(told.digest) {
+                    self.counts.unlike += 1;
+                    if self.counts.unlike == Self::UNLIKE_MAX {
+                        self.retell(false);
+                    }
+                    return Err(SnapshotError::Malformed { bytes });
+                }
+                Ok(())
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use crate::prediction::Pending;
 use crate::protocol::{Inputs, Run, ShapeWire};
 use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
-use crate::units::{Metres, Tick};
+use crate::units::Tick;
 
 /// Most bytes of a packed step, and of a packed turn: three zigzag varints of 16 bits.
 const STEP_BYTES_MAX: usize = 9;
@@ -18,7 +18,7 @@ const RUN_BYTES_MAX: usize = 44;
 /// The tool of a sample as it travels.
 pub(super) fn shape_of(sample: &ToolSample) -> ShapeWire {
     match sample.tool {
-        Tool::Sphere(sphere) => ShapeWire::Sphere { radius_um: libm::roundf(sphere.radius().0 * 1e6) as u16 },
+        Tool::Sphere(sphere) => ShapeWire::Sphere { radius_um: sphere.micrometres() },
         Tool::Convex(Shape(shape)) => ShapeWire::Convex { shape, orientation: sample.orientation.0 },
     }
 }
@@ -27,7 +27,7 @@ pub(super) fn shape_of(sample: &ToolSample) -> ShapeWire {
 pub(super) fn tool_of(wire: ShapeWire) -> Option<(Tool, Orientation)> {
     match wire {
         ShapeWire::Sphere { radius_um } => {
-            let sphere = Sphere::new(Metres(f32::from(radius_um) * 1e-6)).ok()?;
+            let sphere = Sphere::of_micrometres(radius_um)?;
             Some((sphere.into(), Orientation::default()))
         }
         ShapeWire::Convex { shape, orientation } => Some((Tool::Convex(Shape(shape)), Orientation(orientation))),

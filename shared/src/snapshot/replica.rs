@@ -9,8 +9,8 @@ use super::author::{digest, untouched_grids};
 use super::coder::Decoder;
 use super::grid::QuantisedGrid;
 use super::residual::Models;
-use super::{Touched, Version, dequantise};
-use crate::clay::Pot;
+use super::{Touched, Transcript, Version, dequantise, quantise};
+use crate::clay::{Conditions, Pot, SubStep};
 
 /// Why a snapshot message was not applied; the replica is as before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -76,6 +76,52 @@ impl Replica {
         }
         self.decode(bytes, |grid, tile, old| grid.tile_into(tile, old))?;
         self.commit(version, touched);
+        Ok(())
+    }
+
+    /// Moves on by one snapshot, by pressing again what was pressed, and adds the changed tiles to `touched`.
+    ///
+    /// The clay is then the author's if all conditions of the time are known; the digest shows it.
+    ///
+    /// # Errors
+    /// [`SnapshotError::NotNext`]; the replica is then unchanged.
+    pub fn retell(
+        &mut self,
+        version: Version,
+        transcript: &Transcript,
+        conditions: &Conditions,
+        substep: &mut SubStep,
+        touched: &mut Touched,
+    ) -> Result<(), SnapshotError> {
+        if version != self.version.next() {
+            return Err(SnapshotError::NotNext { delta: version, held: self.version });
+        }
+        let mut pressed = touched.emptied();
+        let mut presses = Vec::new();
+        for sub_step in transcript.sub_steps() {
+            presses.clear();
+            presses.extend(sub_step.iter().map(|told| conditions.press(&told.sample, told.before.as_ref())));
+            substep.advance(&mut self.pot, &presses, conditions.method, |surface, window| {
+                pressed.add_window(surface, window);
+            });
+        }
+        let mut steps = Vec::new();
+        for (surface, tile, window) in pressed.iter() {
+            steps.clear();
+            let clay = &mut self.pot.surfaces_mut()[surface];
+            for column in window.first_column..window.first_column + window.columns {
+                for row in window.first_row..window.first_row + window.rows {
+                    let step = quantise(clay.column_m(column)[row as usize]);
+                    clay.set_radius(column, row, dequantise(step));
+                    steps.push(step);
+                }
+            }
+            if self.grids[surface].replace_tile(tile, &steps) {
+                touched.add(surface, tile);
+            }
+        }
+        self.pot.settle(pressed.iter().map(|(surface, _, window)| (surface, window)));
+        self.version = version;
         Ok(())
     }
 

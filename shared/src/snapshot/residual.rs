@@ -117,17 +117,17 @@ fn median_edge(a: i32, b: i32, c: i32) -> i32 {
 
 /// Adaptive Exp-Golomb code of a number from zero up.
 #[derive(Debug)]
-struct Magnitude {
+pub(super) struct Magnitude {
     prefix: [BitModel; PREFIXES],
     first_suffix: [BitModel; PREFIXES],
 }
 
 impl Magnitude {
-    const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self { prefix: [BitModel::EVEN; PREFIXES], first_suffix: [BitModel::EVEN; PREFIXES] }
     }
 
-    fn code(&mut self, symbols: &mut impl Symbols, value: u32) -> u32 {
+    pub(super) fn code(&mut self, symbols: &mut impl Symbols, value: u32) -> u32 {
         let bits = u32::BITS - (value + 1).leading_zeros() - 1;
         let mut length = 0;
         while (length as usize) < PREFIXES - 1 && symbols.bit(&mut self.prefix[length as usize], bits > length) {

@@ -1,0 +1,330 @@
+//! What was pressed between two snapshots, sub-step by sub-step, so that others can press it again.
+//!
+//! Owns the order of its symbols and the prediction of a hand's way; presses nothing itself.
+//! Invariant: what [`Transcript::decode`] makes of [`Transcript::encode`]'s bytes is what went in.
+//!
+//! A hand goes on as it went: its next place is foreseen from its last one and a smoothed velocity, and what is left is a
+//! few steps of 10 µm on each axis, coded in a context of how wrong the last one was. Who presses in a sub-step is mostly
+//! who pressed in the one before.
+
+use alloc::vec::Vec;
+
+use super::coder::{BitModel, Decoder, Encoder};
+use super::residual::{Magnitude, Symbols};
+use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
+use crate::units::Tick;
+
+/// A sample as it was pressed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// Whose: the number given in the welcome.
+    pub client: u16,
+    /// The sample.
+    pub sample: ToolSample,
+    /// The sample of the same hand from which the tool came, if it [follows](ToolSample::follows) it.
+    pub before: Option<ToolSample>,
+}
+
+/// Everything that was pressed since the last snapshot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Transcript {
+    pressed: Vec<Pressed>,
+    /// Where each sub-step ends in `pressed`.
+    ends: Vec<usize>,
+}
+
+impl Transcript {
+    /// Most sub-steps: those of a snapshot's period, with all that a tick may catch up on.
+    pub const SUB_STEPS_MAX: usize = 256;
+    /// Most samples in it: a full class at one wheel.
+    pub const PRESSED_MAX: usize = 4096;
+
+    /// Adds a sub-step; false, and nothing is added, when it would be too long.
+    pub fn add(&mut self, pressed: impl IntoIterator<Item = Pressed>) -> bool {
+        let start = self.pressed.len();
+        self.pressed.extend(pressed);
+        // the order within a sub-step means nothing, and ascending numbers are short
+        self.pressed[start..].sort_unstable_by_key(|pressed| pressed.client);
+        let fits = self.ends.len() < Self::SUB_STEPS_MAX && self.pressed.len() <= Self::PRESSED_MAX;
+        if fits {
+            self.ends.push(self.pressed.len());
+        } else {
+            self.pressed.truncate(start);
+        }
+        fits
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.pressed.clear();
+        self.ends.clear();
+    }
+
+    /// The sub-steps in their order.
+    pub fn sub_steps(&self) -> impl Iterator<Item = &[Pressed]> {
+        let starts = core::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.pressed[start..end])
+    }
+
+    /// Its bytes; `since` is the tick of the snapshot before.
+    #[must_use]
+    pub fn encode(&self, since: Tick) -> Vec<u8> {
+        let mut encoder = Encoder::new();
+        let mut models = Models::new(since);
+        for step in self.sub_steps() {
+            encoder.bit(&mut models.more, true);
+            let now = models.hands(&mut encoder, step.iter().map(|pressed| pressed.client));
+            for (client, pressed) in now.iter().zip(step) {
+                models.pressed(&mut encoder, *client, Some(pressed));
+            }
+            models.present = now;
+        }
+        encoder.bit(&mut models.more, false);
+        encoder.finish()
+    }
+
+    /// What was encoded; `None` when the bytes are no transcript.
+    #[must_use]
+    pub fn decode(bytes: &[u8], since: Tick) -> Option<Self> {
+        let mut decoder = Decoder::new(bytes);
+        let mut models = Models::new(since);
+        let mut transcript = Self::default();
+        while decoder.bit(&mut models.more) {
+            let now = models.hands(&mut decoder, core::iter::empty());
+            let start = transcript.pressed.len();
+            if decoder.is_exhausted() || start + now.len() > Self::PRESSED_MAX {
+                return None;
+            }
+            for &client in &now {
+                transcript.pressed.push(models.pressed(&mut decoder, client, None)?);
+            }
+            models.present = now;
+            transcript.ends.push(transcript.pressed.len());
+            if transcript.ends.len() > Self::SUB_STEPS_MAX {
+                return None;
+            }
+        }
+        (!decoder.is_exhausted() && !decoder.has_rest()).then_some(transcript)
+    }
+}
+
+/// Contexts by how wrong the last place was foreseen.
+const CONTEXTS: usize = 6;
+/// Sixteenths of a step in which a hand's velocity is kept.
+const VELOCITY_UNIT: i32 = 16;
+/// Share of the news in a velocity, as a power of two: 1/4.
+const VELOCITY_SHIFT: u32 = 2;
+
+/// A hand as the transcript last told of it.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    client: u16,
+    last: ToolSample,
+    /// Along each axis, in sixteenths of a step a tick.
+    velocity: [i32; 3],
+    /// How wrong the last place was, in steps along each axis.
+    wrong: [u32; 3],
+}
+
+/// A number with a sign, coded as zero flag, sign and magnitude.
+#[derive(Debug)]
+struct Signed {
+    zero: [BitModel; CONTEXTS],
+    sign: BitModel,
+    magnitude: [Magnitude; CONTEXTS],
+}
+
+impl Signed {
+    const fn new() -> Self {
+        Self {
+            zero: [BitModel::EVEN; CONTEXTS],
+            sign: BitModel::EVEN,
+            magnitude: [const { Magnitude::new() }; CONTEXTS],
+        }
+    }
+
+    fn code(&mut self, symbols: &mut impl Symbols, context: usize, value: i32) -> i32 {
+        if !symbols.bit(&mut self.zero[context], value != 0) {
+            return 0;
+        }
+        let negative = symbols.bit(&mut self.sign, value < 0);
+        let magnitude = self.magnitude[context].code(symbols, value.unsigned_abs().saturating_sub(1)).min(1 << 19);
+        let magnitude = magnitude as i32 + 1;
+        if negative { -magnitude } else { magnitude }
+    }
+}
+
+/// The learned state of one transcript, for both directions.
+#[derive(Debug)]
+struct Models {
+    since: Tick,
+    /// Who pressed in the sub-step before.
+    present: Vec<u16>,
+    known: Vec<Known>,
+    more: BitModel,
+    same_hands: BitModel,
+    hands: Magnitude,
+    client: Magnitude,
+    goes_on: BitModel,
+    ticks: Signed,
+    turn: Signed,
+    came: BitModel,
+    step: Signed,
+    place: Signed,
+}
+
+impl Models {
+    fn new(since: Tick) -> Self {
+        Self {
+            since,
+            present: Vec::new(),
+            known: Vec::new(),
+            more: BitModel::zero_in_4096(256),
+            same_hands: BitModel::zero_in_4096(512),
+            hands: Magnitude::new(),
+            client: Magnitude::new(),
+            goes_on: BitModel::zero_in_4096(512),
+            ticks: Signed::new(),
+            turn: Signed::new(),
+            came: BitModel::EVEN,
+            step: Signed::new(),
+            place: Signed::new(),
+        }
+    }
+
+    /// Who presses in the next sub-step, in ascending order.
+    fn hands(&mut self, symbols: &mut impl Symbols, clients: impl Iterator<Item = u16>) -> Vec<u16> {
+        let given: Vec<u16> = clients.collect();
+        if symbols.bit(&mut self.same_hands, given != self.present) {
+            let count = self.hands.code(symbols, given.len() as u32).min(Transcript::PRESSED_MAX as u32 + 1);
+            let mut hands = Vec::new();
+            let mut next = 0_u16;
+            for at in 0..count as usize {
+                let gap = given.get(at).map_or(0, |client| u32::from(client.wrapping_sub(next)));
+                let client = next.wrapping_add(self.client.code(symbols, gap) as u16);
+                hands.push(client);
+                next = client.wrapping_add(1);
+            }
+            return hands;
+        }
+        self.present.clone()
+    }
+
+    /// One sample; `None` when decoding something that is none.
+    fn pressed(&mut self, symbols: &mut impl Symbols, client: u16, given: Option<&Pressed>) -> Option<Pressed> {
+        let at = self.known.iter().position(|known| known.client == client);
+        if let Some(at) = at {
+            let known = self.known[at];
+            if !symbols.bit(&mut self.goes_on, given.is_some_and(|given| !known.goes_on_to(given))) {
+                return self.next(symbols, at, given);
+            }
+        }
+        let pressed = self.anew(symbols, client, given)?;
+        let velocity = pressed.before.map_or([0; 3], |before| {
+            let moved = difference(pressed.sample.centre, before.centre);
+            moved.map(|along| along.wrapping_mul(VELOCITY_UNIT))
+        });
+        let known = Known { client, last: pressed.sample, velocity, wrong: [0; 3] };
+        match at {
+            Some(at) => self.known[at] = known,
+            None => self.known.push(known),
+        }
+        Some(pressed)
+    }
+
+    /// The sample of a hand that goes on as it went: the next tick, with what it had in it.
+    fn next(&mut self, symbols: &mut impl Symbols, at: usize, given: Option<&Pressed>) -> Option<Pressed> {
+        let known = &mut self.known[at];
+        let before = known.last;
+        let mut centre = [0; 3];
+        for (axis, along) in centre.iter_mut().enumerate() {
+            let last = before.centre.0[axis];
+            let rounded = known.velocity[axis].wrapping_add(VELOCITY_UNIT / 2) >> VELOCITY_UNIT.trailing_zeros();
+            let foreseen = last.wrapping_add(rounded);
+            let context = ((u32::BITS - known.wrong[axis].leading_zeros()) as usize).min(CONTEXTS - 1);
+            let wrong = given.map_or(0, |given| given.sample.centre.0[axis].wrapping_sub(foreseen));
+            let wrong = self.step.code(symbols, context, wrong);
+            *along = foreseen.wrapping_add(wrong);
+            let moved = along.wrapping_sub(last).wrapping_mul(VELOCITY_UNIT);
+            let news = moved.wrapping_sub(known.velocity[axis]) >> VELOCITY_SHIFT;
+            known.velocity[axis] = known.velocity[axis].wrapping_add(news);
+            known.wrong[axis] = (known.wrong[axis] + 2 * wrong.unsigned_abs()).div_ceil(2);
+        }
+        let mut orientation = before.orientation;
+        if matches!(before.tool, Tool::Convex(_)) {
+            for (axis, angle) in orientation.0.iter_mut().enumerate() {
+                let by = given.map_or(0, |given| given.sample.orientation.0[axis].wrapping_sub(*angle));
+                *angle = angle.wrapping_add(self.turn.code(symbols, 0, i32::from(by)) as i16);
+            }
+        }
+        let tick = Tick(before.tick.0.checked_add(1)?);
+        let sample = ToolSample { tick, centre: Position(centre), orientation, ..before };
+        known.last = sample;
+        let sound = sample.centre.is_within_reach() && sample.follows(&before);
+        sound.then_some(Pressed { client: known.client, sample, before: Some(before) })
+    }
+
+    /// A sample of which nothing is known.
+    fn anew(&mut self, symbols: &mut impl Symbols, client: u16, given: Option<&Pressed>) -> Option<Pressed> {
+        let ticks = given.map_or(0, |given| given.sample.tick.since(self.since)) as i32;
+        let tick = self.since.0.checked_add_signed(i64::from(self.ticks.code(symbols, 0, ticks)))?;
+        let (tool, orientation) = held(symbols, given)?;
+        let side = given.is_some_and(|given| given.sample.side == Side::Inside);
+        let side = if symbols.raw(u32::from(side), 1) == 1 { Side::Inside } else { Side::Outside };
+        let mut centre = [0; 3];
+        for (axis, along) in centre.iter_mut().enumerate() {
+            *along = self.place.code(symbols, 0, given.map_or(0, |given| given.sample.centre.0[axis]));
+        }
+        let sample = ToolSample { tick: Tick(tick), tool, orientation, centre: Position(centre), side };
+        let came_from = given.and_then(|given| given.before);
+        let mut before = None;
+        if symbols.bit(&mut self.came, came_from.is_some()) {
+            let ticks = came_from.map_or(0, |from| sample.tick.since(from.tick)) as u32;
+            let tick = Tick(tick.checked_sub(u64::from(symbols.raw(ticks, 3)))?);
+            let mut from = sample;
+            for (axis, along) in from.centre.0.iter_mut().enumerate() {
+                let back = came_from.map_or(0, |came_from| came_from.centre.0[axis].wrapping_sub(*along));
+                *along = along.wrapping_add(self.step.code(symbols, 2, back));
+            }
+            let came_from_orientation = came_from.map_or(orientation, |from| from.orientation);
+            if matches!(tool, Tool::Convex(_)) {
+                from.orientation = angles(symbols, came_from_orientation);
+            }
+            before = Some(ToolSample { tick, ..from });
+        }
+        let sound = sample.centre.is_within_reach()
+            && before.is_none_or(|before| before.centre.is_within_reach() && sample.follows(&before));
+        sound.then_some(Pressed { client, sample, before })
+    }
+}
+
+impl Known {
+    /// Whether a sample comes straight after the last one, with the same tool in the hand.
+    fn goes_on_to(&self, pressed: &Pressed) -> bool {
+        pressed.before == Some(self.last) && pressed.sample.tick == self.last.tick.next()
+    }
+}
+
+/// The tool in a hand and how it is turned; `None` when decoding a sphere that cannot be.
+fn held(symbols: &mut impl Symbols, given: Option<&Pressed>) -> Option<(Tool, Orientation)> {
+    let tool = given.map_or_else(Tool::default, |given| given.sample.tool);
+    let orientation = given.map_or_else(Orientation::default, |given| given.sample.orientation);
+    let is_convex = symbols.raw(u32::from(tool.sphere().is_none()), 1) == 1;
+    if is_convex {
+        let number = if let Tool::Convex(Shape(number)) = tool { number } else { 0 };
+        let shape = Shape(symbols.raw(u32::from(number), 8) as u8);
+        return Some((Tool::Convex(shape), angles(symbols, orientation)));
+    }
+    let radius_um = tool.sphere().map_or(0, Sphere::micrometres);
+    let sphere = Sphere::of_micrometres(symbols.raw(u32::from(radius_um), 16) as u16)?;
+    Some((sphere.into(), Orientation::default()))
+}
+
+fn angles(symbols: &mut impl Symbols, orientation: Orientation) -> Orientation {
+    Orientation(orientation.0.map(|angle| symbols.raw(u32::from(angle as u16), 16) as u16 as i16))
+}
+
+/// How far one place is from another, in steps.
+fn difference(to: Position, from: Position) -> [i32; 3] {
+    core::array::from_fn(|axis| to.0[axis].wrapping_sub(from.0[axis]))
+}
