@@ -3,6 +3,11 @@
 //! A device is asked once a tick, in the 1 kHz thread: it may not wait, lock or allocate.
 //! Invariant: positions are metres in the room's frame, z up along the wheel's axis, the foot of the pot at zero.
 
+mod calibration;
+mod driven;
+#[cfg(feature = "falcon")]
+pub mod falcon;
+mod fault;
 mod pointer;
 mod scripted;
 mod simulated;
@@ -11,6 +16,9 @@ use glam::Vec3;
 use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::{Orientation, Tool};
 
+pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
+pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, Reading, Reported, SILENCE, Watch};
+pub use fault::DeviceFault;
 pub use pointer::{Pointer, PointerDevice, pointer};
 pub use scripted::ScriptedDevice;
 pub use simulated::{HandModel, SimulatedDevice};

@@ -2,7 +2,7 @@
 //!
 //! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
 //! [`proxy`] on real sockets; the [`reference`](mod@reference) dents, the [`failures`] that methods
-//! are tried for, and the [`yardstick`] methods of other authors.
+//! are tried for, the [`yardstick`] methods of other authors, and a [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod chart;
@@ -15,4 +15,5 @@ pub mod network;
 pub mod programs;
 pub mod proxy;
 pub mod reference;
+pub mod twin;
 pub mod yardstick;

@@ -40,6 +40,13 @@ pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
     (input, PointerDevice { asked, at: None })
 }
 
+impl PointerDevice {
+    /// What the window asked for last.
+    pub(super) fn asked(&self) -> &Pointer {
+        self.asked.output_buffer()
+    }
+}
+
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
         self.asked.update();

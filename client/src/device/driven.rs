@@ -1,0 +1,422 @@
+//! A device whose driver may wait: the driver has a thread of its own and meets the 1 kHz tick over two triple buffers.
+//!
+//! Owns the thread, the watch over both sides' silence and the sentence for the window; knows no protocol.
+//! Invariant: the tick's side neither waits, locks nor allocates, and a driver sees no force but zero when the tick is
+//! silent, the device is closing or its own reported peak is zero.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::tool::{Orientation, Tool};
+
+use super::{Calibration, Device, DeviceFault, PointerDevice};
+
+/// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
+/// desktop system take up to 30 ms.
+pub const SILENCE: Duration = Duration::from_millis(50);
+/// Time between two tries to open a device that is not there.
+const RETRY: Duration = Duration::from_millis(500);
+/// How long opening waits for the first reading, so that the loop knows what the device reports of itself.
+const FIRST_READING: Duration = Duration::from_secs(2);
+
+/// Share of a turn that is still missing which a tick makes: a time constant of 20 ms.
+const TURN_SHARE: f32 = 0.05;
+
+/// What a driver reads, in the device's own frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reading {
+    /// Where it is, m.
+    pub position_m: Vec3,
+    /// How fast it is, m/s, if the device says so.
+    pub velocity_m_s: Option<Vec3>,
+    /// Buttons that are down: bit n is button n.
+    pub buttons: u32,
+}
+
+/// What a device says of itself, as far as it does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reported {
+    /// Largest force, N.
+    pub peak_force_n: Option<f32>,
+    /// Largest force for as long as one likes, N.
+    pub continuous_force_n: Option<f32>,
+    /// Largest stiffness, N/m.
+    pub stiffness_max_n_m: Option<f32>,
+    /// Largest damping, N·s/m.
+    pub damping_max_ns_m: Option<f32>,
+}
+
+impl Reported {
+    /// What is known of the kind of device, with what this one says of itself in its place.
+    #[must_use]
+    pub fn over(self, kind: DeviceSpecs) -> DeviceSpecs {
+        let peak_force_n = self.peak_force_n.unwrap_or(kind.peak_force_n);
+        DeviceSpecs {
+            peak_force_n,
+            // a peak below what was known for the kind limits this too
+            continuous_force_n: self.continuous_force_n.or(kind.continuous_force_n).map(|n| n.min(peak_force_n)),
+            stiffness_max_n_m: self.stiffness_max_n_m.unwrap_or(kind.stiffness_max_n_m),
+            damping_max_ns_m: self.damping_max_ns_m.unwrap_or(kind.damping_max_ns_m),
+            ..kind
+        }
+    }
+}
+
+/// The side of a device that may wait.
+pub trait Driver: Send + 'static {
+    /// Opens the device and exchanges forces for readings until the port is closing, leaving it without force.
+    ///
+    /// It is called again after a while when it fails: that is how a device is plugged in again.
+    ///
+    /// # Errors
+    /// A [`DeviceFault`] with a sentence for the person.
+    fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault>;
+}
+
+/// What the window knows of a device, and asks of it.
+#[derive(Debug, Default)]
+pub struct Monitor {
+    notice: Mutex<Option<String>>,
+    about: Mutex<Option<String>>,
+    reported: Mutex<Reported>,
+    /// No reading came for [`SILENCE`]; written by the tick.
+    is_silent: AtomicBool,
+    is_closing: AtomicBool,
+    recentre: AtomicBool,
+    exchanges: AtomicU64,
+}
+
+/// What a lock guards stays readable: each is one value, written whole.
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Monitor {
+    /// The sentence that the person must see, if any.
+    #[must_use]
+    pub fn notice(&self) -> Option<String> {
+        let said = locked(&self.notice).clone();
+        let is_silent = self.is_silent.load(Ordering::Relaxed);
+        said.or_else(|| {
+            is_silent
+                .then(|| "the device sends nothing: its force is off until it does, and the mouse works".to_owned())
+        })
+    }
+
+    /// Which device it is, once it has been found: for the status line.
+    #[must_use]
+    pub fn about(&self) -> Option<String> {
+        locked(&self.about).clone()
+    }
+
+    /// Exchanges with the device so far: for its rate.
+    #[must_use]
+    pub fn exchanges(&self) -> u64 {
+        self.exchanges.load(Ordering::Relaxed)
+    }
+
+    /// Asks that where the device is now become the middle of its workspace.
+    pub fn recentre(&self) {
+        self.recentre.store(true, Ordering::Relaxed);
+    }
+
+    fn say(&self, notice: Option<String>) {
+        *locked(&self.notice) = notice;
+    }
+}
+
+/// The driver's end.
+#[derive(Debug)]
+pub struct Port {
+    readings: triple_buffer::Input<Option<Reading>>,
+    forces: triple_buffer::Output<Vec3>,
+    monitor: Arc<Monitor>,
+    force_heard: Instant,
+    peak_n: f32,
+}
+
+impl Port {
+    /// Says which device was found and what it reports of itself; from now on it has what it takes to be used.
+    pub fn found(&mut self, about: String, reported: Reported) {
+        self.peak_n = match reported.peak_force_n {
+            None => f32::INFINITY,
+            Some(peak_n) if peak_n > 0.0 => peak_n,
+            Some(_) => 0.0,
+        };
+        *locked(&self.monitor.reported) = reported;
+        self.monitor.say(None);
+        // last: whoever waits for the device waits for this
+        *locked(&self.monitor.about) = Some(about);
+    }
+
+    /// Says what the person should know or do, while the device is being served.
+    pub fn notify(&self, sentence: Option<String>) {
+        self.monitor.say(sentence);
+    }
+
+    /// Hands a reading to the tick.
+    pub fn publish(&mut self, reading: Reading) {
+        self.readings.write(Some(reading));
+        self.monitor.exchanges.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Tells the tick that there is no position to be had.
+    pub fn withdraw(&mut self) {
+        self.readings.write(None);
+    }
+
+    /// The force to give now, N in the device's frame: zero when the tick has been silent for [`SILENCE`].
+    pub fn force_n(&mut self) -> Vec3 {
+        if self.forces.update() {
+            self.force_heard = Instant::now();
+        }
+        if self.is_closing() || self.force_heard.elapsed() > SILENCE {
+            return Vec3::ZERO;
+        }
+        let force_n = *self.forces.output_buffer();
+        if force_n.is_finite() { force_n.clamp_length_max(self.peak_n) } else { Vec3::ZERO }
+    }
+
+    /// Whether the device is to be left.
+    #[must_use]
+    pub fn is_closing(&self) -> bool {
+        self.monitor.is_closing.load(Ordering::Relaxed)
+    }
+
+    /// For a driver whose port is at work in another thread.
+    #[must_use]
+    pub fn watch(&self) -> Watch {
+        Watch { monitor: Arc::clone(&self.monitor) }
+    }
+}
+
+/// What a driver's thread may do while another one has the port.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    monitor: Arc<Monitor>,
+}
+
+impl Watch {
+    /// See [`Port::is_closing`].
+    #[must_use]
+    pub fn is_closing(&self) -> bool {
+        self.monitor.is_closing.load(Ordering::Relaxed)
+    }
+
+    /// See [`Port::notify`].
+    pub fn notify(&self, sentence: Option<String>) {
+        self.monitor.say(sentence);
+    }
+
+    /// Readings handed over so far.
+    #[must_use]
+    pub fn exchanges(&self) -> u64 {
+        self.monitor.exchanges()
+    }
+}
+
+/// Keeps to a rhythm of one exchange a millisecond, without making up for lost time.
+#[derive(Debug)]
+pub struct Pace {
+    next: Instant,
+}
+
+impl Pace {
+    const PERIOD: Duration = Duration::from_millis(1);
+
+    /// A rhythm that begins now.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { next: Instant::now() + Self::PERIOD }
+    }
+
+    /// Waits for the next beat.
+    pub fn wait(&mut self) {
+        let now = Instant::now();
+        if let Some(left) = self.next.checked_duration_since(now) {
+            std::thread::sleep(left);
+            self.next += Self::PERIOD;
+        } else {
+            self.next = now + Self::PERIOD;
+        }
+    }
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A device with a driver's thread behind it; while it has no reading the pointer works in its place.
+#[derive(Debug)]
+pub struct DrivenDevice {
+    readings: triple_buffer::Output<Option<Reading>>,
+    forces: triple_buffer::Input<Vec3>,
+    monitor: Arc<Monitor>,
+    thread: Option<JoinHandle<()>>,
+    calibration: Calibration,
+    specs: DeviceSpecs,
+    pointer: PointerDevice,
+    /// The reading in use, and when the last one came, s.
+    last: Option<Reading>,
+    heard_s: f64,
+    turned: Orientation,
+}
+
+impl DrivenDevice {
+    /// Starts the driver and waits for a first reading, for at most two seconds.
+    ///
+    /// `kind` is what is known of this kind of device; what it reports of itself stands in its place. `pointer` brings
+    /// the tool, and works while the device is not there.
+    ///
+    /// # Errors
+    /// What the system says when it has no thread.
+    pub fn open(
+        driver: impl Driver,
+        calibration: Calibration,
+        kind: DeviceSpecs,
+        pointer: PointerDevice,
+    ) -> std::io::Result<Self> {
+        let (reading_in, readings) = triple_buffer::TripleBuffer::new(&None).split();
+        let (forces, force_out) = triple_buffer::TripleBuffer::new(&Vec3::ZERO).split();
+        let monitor = Arc::new(Monitor::default());
+        let port = Port {
+            readings: reading_in,
+            forces: force_out,
+            monitor: Arc::clone(&monitor),
+            force_heard: Instant::now(),
+            peak_n: f32::INFINITY,
+        };
+        let thread = std::thread::Builder::new().name("device".into()).spawn(move || supervise(driver, port))?;
+        let begin = Instant::now();
+        while begin.elapsed() < FIRST_READING && monitor.about().is_none() && monitor.notice().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let specs = calibration.specs_in_room(locked(&monitor.reported).over(kind));
+        let (thread, turned) = (Some(thread), Orientation::default());
+        Ok(Self {
+            readings,
+            forces,
+            monitor,
+            thread,
+            calibration,
+            specs,
+            pointer,
+            last: None,
+            heard_s: f64::NEG_INFINITY,
+            turned,
+        })
+    }
+
+    /// Gives no more force or stiffness than a person wants, N and N/m in the device's frame.
+    #[must_use]
+    pub fn limited(mut self, [peak_n, stiffness_n_m]: [Option<f32>; 2]) -> Self {
+        let wish = DeviceSpecs {
+            peak_force_n: peak_n.unwrap_or(f32::INFINITY),
+            stiffness_max_n_m: stiffness_n_m.unwrap_or(f32::INFINITY),
+            ..self.specs
+        };
+        let wish = self.calibration.specs_in_room(wish);
+        self.specs.peak_force_n = self.specs.peak_force_n.min(wish.peak_force_n);
+        self.specs.stiffness_max_n_m = self.specs.stiffness_max_n_m.min(wish.stiffness_max_n_m);
+        let peak_force_n = self.specs.peak_force_n;
+        self.specs.continuous_force_n = self.specs.continuous_force_n.map(|force_n| force_n.min(peak_force_n));
+        self
+    }
+
+    /// What the window may look at.
+    #[must_use]
+    pub fn monitor(&self) -> Arc<Monitor> {
+        Arc::clone(&self.monitor)
+    }
+
+    fn end(&mut self) {
+        self.forces.write(Vec3::ZERO);
+        self.monitor.is_closing.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the device's driver did not end well");
+        }
+    }
+}
+
+/// Serves the device again and again until it is left.
+fn supervise(mut driver: impl Driver, mut port: Port) {
+    while !port.is_closing() {
+        let Err(fault) = driver.serve(&mut port) else { break };
+        port.withdraw();
+        port.notify(Some(fault.to_string()));
+        let failed = Instant::now();
+        while failed.elapsed() < RETRY && !port.is_closing() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+    port.withdraw();
+}
+
+impl Device for DrivenDevice {
+    fn position(&mut self, seconds: f64) -> Option<Vec3> {
+        let pointed_m = self.pointer.position(seconds);
+        // these devices do not turn their tool: keys do
+        self.turned = self.turned.towards(self.pointer.asked().orientation, TURN_SHARE);
+        if self.readings.update() {
+            self.heard_s = seconds;
+        }
+        let is_silent = self.readings.output_buffer().is_some() && seconds - self.heard_s > SILENCE.as_secs_f64();
+        self.monitor.is_silent.store(is_silent, Ordering::Relaxed);
+        let reading = self.readings.output_buffer().filter(|_| !is_silent);
+        let has_changed_hands = reading.is_some() != self.last.is_some();
+        self.last = reading;
+        let Some(reading) = reading else {
+            // a tick without a tool between two that are in different places
+            return pointed_m.filter(|_| !has_changed_hands);
+        };
+        if self.monitor.recentre.swap(false, Ordering::Relaxed) {
+            self.calibration.recentre(reading.position_m);
+            return None;
+        }
+        (!has_changed_hands).then(|| self.calibration.place(reading.position_m))
+    }
+
+    fn velocity(&self) -> Option<Vec3> {
+        self.last.and_then(|reading| reading.velocity_m_s).map(|velocity_m_s| self.calibration.velocity(velocity_m_s))
+    }
+
+    fn buttons(&self) -> u32 {
+        self.last.map_or(0, |reading| reading.buttons)
+    }
+
+    fn tool(&self) -> Tool {
+        self.pointer.tool()
+    }
+
+    fn orientation(&self) -> Orientation {
+        self.turned
+    }
+
+    fn set_force(&mut self, force_n: Vec3) {
+        // the pointer's force is not the device's
+        let force_n = if self.last.is_some() { force_n } else { Vec3::ZERO };
+        self.forces.write(self.calibration.force_to_device(force_n));
+    }
+
+    fn specs(&self) -> DeviceSpecs {
+        self.specs
+    }
+
+    fn close(&mut self) {
+        self.end();
+    }
+}
+
+impl Drop for DrivenDevice {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

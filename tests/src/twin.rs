@@ -1,0 +1,10 @@
+//! Stand-ins for haptic devices: each keeps its device's protocol from the other side, and can be told to break it.
+//!
+//! None of the devices was at hand: what is held against a twin is held to the protocol as its public sources have it,
+//! and to nothing else.
+//! Invariant: a twin never gives a force by itself; what it has received can be asked for.
+
+pub mod falcon;
+mod hand;
+
+pub use hand::HandSession;
