@@ -6,5 +6,6 @@
 
 pub mod falcon;
 mod hand;
+pub mod haply;
 
 pub use hand::HandSession;
