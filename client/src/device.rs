@@ -10,6 +10,8 @@ pub mod falcon;
 mod fault;
 #[cfg(feature = "inverse3")]
 pub mod inverse3;
+#[cfg(feature = "openhaptics")]
+pub mod openhaptics;
 mod pointer;
 mod scripted;
 mod simulated;

@@ -7,5 +7,7 @@
 pub mod falcon;
 mod hand;
 pub mod haply;
+#[cfg(unix)]
+pub mod hdapi;
 
 pub use hand::HandSession;

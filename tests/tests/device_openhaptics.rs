@@ -1,0 +1,195 @@
+//! The driver for HDAPI against a C library that exports the same functions: opening, units, forces, and what can go wrong.
+//!
+//! This is verification of the protocol as its public headers have it; no Omni and no Touch was at hand.
+
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use pottery_client::device::openhaptics::{MIDDLE_M, OpenHapticsDriver, OpenHapticsSettings};
+use pottery_client::device::{Axes, Calibration, Device, DrivenDevice, MIDDLE_ROOM_M, pointer};
+use pottery_shared::haptics::{DeviceSpecs, Fault};
+use pottery_tests::twin::HandSession;
+use pottery_tests::twin::hdapi::{HdapiTwin, Trouble};
+
+const FREE: Vec3 = Vec3::ZERO;
+/// Where the hand means to be: some centimetres into the pot.
+const PRESSED: Vec3 = Vec3::new(0.0, 0.0, -0.036);
+
+fn calibration() -> Calibration {
+    Calibration::new(Axes::YUp, MIDDLE_M)
+}
+
+fn driver(twin: &HdapiTwin, name: Option<&str>) -> OpenHapticsDriver {
+    let (name, library) = (name.map(str::to_owned), Some(twin.file().to_owned()));
+    OpenHapticsDriver::new(OpenHapticsSettings { name, library })
+}
+
+fn device(twin: &HdapiTwin) -> DrivenDevice {
+    DrivenDevice::open(driver(twin, None), calibration(), DeviceSpecs::OMNI, pointer().1).unwrap()
+}
+
+fn session(twin: &HdapiTwin) -> HandSession {
+    HandSession::new(driver(twin, None), calibration(), DeviceSpecs::OMNI)
+}
+
+fn press(session: &mut HandSession, twin: &HdapiTwin) {
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    for step in 1..=200 {
+        twin.set(Trouble::None, FREE.lerp(PRESSED, step as f32 / 200.0), 0);
+        session.tick();
+    }
+    session.until("the clay pushes", |session| session.force_n() > 0.1 && twin.look().sent_n.length() > 0.1);
+}
+
+/// Asks a device each few milliseconds until something holds.
+fn until(device: &mut DrivenDevice, mut holds: impl FnMut(&mut DrivenDevice, Option<Vec3>) -> bool) {
+    let begin = Instant::now();
+    loop {
+        let place = device.position(begin.elapsed().as_secs_f64());
+        if holds(device, place) {
+            return;
+        }
+        assert!(begin.elapsed() < Duration::from_secs(30), "{place:?}, {:?}", device.monitor().notice());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn millimetres_become_metres_on_the_rooms_axes() {
+    let twin = HdapiTwin::compile();
+    let mut device = device(&twin);
+    assert_eq!(device.monitor().about().unwrap(), "PHANTOM Omni (twin)");
+    for (moved, room) in
+        [(Vec3::X * 0.05, Vec3::X * 0.05), (Vec3::Y * 0.05, Vec3::Z * 0.05), (Vec3::Z * 0.05, Vec3::NEG_Y * 0.05)]
+    {
+        twin.set(Trouble::None, moved, 0b10);
+        // the stylus comes to rest where the hand is: to a hundredth of a millimetre
+        until(&mut device, |device, place| {
+            place.is_some_and(|place| place.distance(MIDDLE_ROOM_M + room) < 1e-5)
+                && device.velocity().is_some_and(|velocity| velocity.length() < 1e-3)
+        });
+        assert_eq!(device.buttons(), 0b10);
+    }
+    twin.set(Trouble::None, Vec3::X * -0.05, 0);
+    // on its way to the left, 100 mm away
+    until(&mut device, |device, _| device.velocity().is_some_and(|velocity| velocity.x < -0.1 && velocity.x > -2.0));
+}
+
+#[test]
+fn reported_limits_stand_in_the_place_of_what_is_known_of_the_kind() {
+    let twin = HdapiTwin::compile();
+    let specs = device(&twin).specs();
+    assert_eq!((specs.peak_force_n, specs.continuous_force_n), (3.0, Some(0.8)));
+    // 0.5 N/mm and 0.003 N s/mm
+    assert!((specs.stiffness_max_n_m - 500.0).abs() < 1e-3 && (specs.damping_max_ns_m - 3.0).abs() < 1e-5, "{specs:?}");
+    assert_eq!(specs.workspace_radius_m, DeviceSpecs::OMNI.workspace_radius_m);
+    let halved = Calibration::new(Axes::YUp, MIDDLE_M).scaled(2.0).unwrap();
+    let scaled = DrivenDevice::open(driver(&twin, None), halved, DeviceSpecs::OMNI, pointer().1).unwrap();
+    assert!((scaled.specs().stiffness_max_n_m - 250.0).abs() < 1e-3);
+}
+
+#[test]
+fn force_of_the_room_moves_the_stylus_and_none_is_left_behind() {
+    let twin = HdapiTwin::compile();
+    let mut device = device(&twin);
+    until(&mut device, |device, _| {
+        device.set_force(Vec3::new(0.0, 0.0, 1.0));
+        let stylus = twin.look();
+        // 5 mm for a newton, upwards, which is y
+        stylus.sent_n.as_vec3() == Vec3::Y && (stylus.at_mm.y - 5.0).abs() < 0.05
+    });
+    until(&mut device, |device, _| {
+        device.set_force(Vec3::new(100.0, 0.0, 0.0));
+        (twin.look().sent_n.length() - 3.0).abs() < 1e-5
+    });
+    device.close();
+    let stylus = twin.look();
+    assert!(stylus.sent_n.length() == 0.0 && !stylus.is_open && !stylus.runs, "{stylus:?}");
+}
+
+#[test]
+fn clay_holds_the_stylus_back() {
+    let twin = HdapiTwin::compile();
+    let mut session = session(&twin);
+    press(&mut session, &twin);
+    let stylus = twin.look();
+    assert!(stylus.sent_n.z > 0.0 && stylus.at_mm.z > f64::from(PRESSED.z) * 1e3, "{stylus:?}");
+}
+
+#[test]
+fn device_that_fails_in_mid_press_loses_its_force_and_comes_back() {
+    for (trouble, said) in [(Trouble::Unplugged, "plug it in again"), (Trouble::Frozen, "not answered")] {
+        let twin = HdapiTwin::compile();
+        let mut session = session(&twin);
+        press(&mut session, &twin);
+        twin.set(trouble, PRESSED, 0);
+        session.until("the force is off", |session| session.force_n() == 0.0 && session.tool_m().is_none());
+        session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains(said)));
+        session.until("the device has none", |_| twin.look().sent_n.length() == 0.0);
+        twin.set(Trouble::None, FREE, 0);
+        session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
+        press(&mut session, &twin);
+    }
+}
+
+#[test]
+fn place_that_is_no_number_is_a_fault_that_passes() {
+    let twin = HdapiTwin::compile();
+    let mut session = session(&twin);
+    press(&mut session, &twin);
+    twin.set(Trouble::NotANumber, PRESSED, 0);
+    session.until("it is noticed", |session| session.fault() == Some(Fault::Position) && session.force_n() == 0.0);
+    session.until("the device has no force", |_| twin.look().sent_n.length() == 0.0);
+    twin.set(Trouble::None, FREE, 0);
+    session.until("it passes", |session| session.fault().is_none());
+}
+
+#[test]
+fn warm_motors_rest_and_the_sentence_goes_away_when_they_are_cool() {
+    let twin = HdapiTwin::compile();
+    let mut session = session(&twin);
+    press(&mut session, &twin);
+    twin.set(Trouble::Warm, PRESSED, 0);
+    session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains("warm")));
+    session.until("a warm device still has a place", |session| session.tool_m().is_some());
+    twin.set(Trouble::None, PRESSED, 0);
+    session.until("it is over", |session| session.notice().is_none() && twin.look().sent_n.length() > 0.0);
+}
+
+#[test]
+fn device_without_force_keeps_its_place_and_gets_none() {
+    let twin = HdapiTwin::compile();
+    twin.set(Trouble::ZeroLimits, FREE, 0);
+    let mut session = session(&twin);
+    session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains("zero")));
+    session.tick();
+    assert_eq!(session.fault(), Some(Fault::Specs));
+    for step in 1..=200 {
+        twin.set(Trouble::ZeroLimits, FREE.lerp(PRESSED, step as f32 / 200.0), 0);
+        session.tick();
+        assert!(session.force_n() == 0.0 && twin.look().sent_n.length() == 0.0);
+    }
+}
+
+#[test]
+fn library_or_device_that_is_not_there_is_one_sentence() {
+    let library = Some("/no/such/libHD.so".into());
+    let missing = OpenHapticsDriver::new(OpenHapticsSettings { name: None, library }).probe().unwrap_err().to_string();
+    assert!(missing.contains("OpenHaptics") && missing.contains("openhaptics:lib="), "{missing}");
+    let twin = HdapiTwin::compile();
+    let other = driver(&twin, Some("Third Device")).probe().unwrap_err().to_string();
+    assert!(other.contains("0x0300"), "{other}");
+    assert!(driver(&twin, Some("Left Device")).probe().is_ok());
+}
+
+#[test]
+fn device_in_use_elsewhere_is_said_to_be() {
+    let twin = HdapiTwin::compile();
+    let first = device(&twin);
+    let second = driver(&twin, None).probe().unwrap_err().to_string();
+    assert!(second.contains("another program"), "{second}");
+    drop(first);
+}
