@@ -8,6 +8,8 @@ mod driven;
 #[cfg(feature = "falcon")]
 pub mod falcon;
 mod fault;
+#[cfg(feature = "gamepad")]
+pub mod gamepad;
 #[cfg(feature = "inverse3")]
 pub mod inverse3;
 #[cfg(feature = "openhaptics")]
