@@ -11,6 +11,7 @@
 mod code;
 mod frame;
 mod messages;
+mod steps;
 
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
@@ -18,6 +19,7 @@ pub use messages::{
     Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead,
     Refusal, Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
 };
+pub use steps::Steps;
 
 use alloc::vec::Vec;
 use bincode::config::{Configuration, Limit, LittleEndian, Varint};

@@ -9,6 +9,7 @@ use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
     self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run, ShapeWire,
+    Steps,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{InputQueue, Refusals};
@@ -129,9 +130,9 @@ fn stroke_at(person: u64, tick: u64) -> [i32; 3] {
 
 fn run_of(first_tick: u64, positions: &[[i32; 3]]) -> Run {
     let step = |pair: &[[i32; 3]]| std::array::from_fn(|axis| (pair[1][axis] - pair[0][axis]) as i16);
-    let steps = positions.windows(2).map(step).collect();
+    let steps = Steps(positions.windows(2).map(step).collect());
     let tool = ShapeWire::Sphere { radius_um: 12_000 };
-    Run { first_tick, tool, inside: false, start: positions[0], steps, turns: Vec::new() }
+    Run { first_tick, tool, inside: false, start: positions[0], steps, turns: Steps::default() }
 }
 
 /// A person's sound stroke over the given ticks, as one run.
@@ -143,13 +144,13 @@ fn stroke(person: u64, ticks: std::ops::Range<u64>) -> Run {
 /// A run of one sample.
 fn single(tick: u64, radius_um: u16, start: [i32; 3]) -> Run {
     let tool = ShapeWire::Sphere { radius_um };
-    Run { first_tick: tick, tool, inside: false, start, steps: Vec::new(), turns: Vec::new() }
+    Run { first_tick: tick, tool, inside: false, start, steps: Steps::default(), turns: Steps::default() }
 }
 
 /// The same with a convex tool, which may turn where nothing follows.
 fn convex(tick: u64, shape: u8, turns: &[[i16; 3]], start: [i32; 3]) -> Run {
     let tool = ShapeWire::Convex { shape, orientation: [i16::MIN, i16::MAX, 1] };
-    Run { tool, turns: turns.to_vec(), ..single(tick, 12_000, start) }
+    Run { tool, turns: Steps(turns.to_vec()), ..single(tick, 12_000, start) }
 }
 
 #[test]
@@ -172,7 +173,7 @@ fn sample_that_makes_no_sense_is_counted_by_its_reason_and_the_rest_is_pressed()
         ("a turn without a step", convex(middle, 0, &[[1, 0, 0]], sound), Refusals { out_of_workspace: 1, ..one }),
         (
             "a sphere that turns",
-            Run { turns: vec![[1, 0, 0]], ..single(middle, 12_000, sound) },
+            Run { turns: Steps(vec![[1, 0, 0]]), ..single(middle, 12_000, sound) },
             Refusals { out_of_workspace: 1, ..one },
         ),
         ("6 mm in a tick", single(middle, 12_000, far), Refusals { too_fast: 1, ..one }),
@@ -265,7 +266,7 @@ fn hostile_inputs() -> impl Strategy<Value = Inputs> {
             if alike {
                 turns.resize(steps.len(), [7; 3]);
             }
-            Run { first_tick, tool, inside: false, start, steps, turns }
+            Run { first_tick, tool, inside: false, start, steps: Steps(steps), turns: Steps(turns) }
         },
     );
     (number(), prop::collection::vec(run, 0..5)).prop_map(|(first, runs)| Inputs { first, runs })

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use pottery_shared::protocol::{
     self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting, Hello, Inputs,
     JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal,
-    Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
+    Request, Retelling, Run, ShapeWire, Steps, ToolWire, Welcome, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -131,7 +131,7 @@ fn shape() -> impl Strategy<Value = ShapeWire> {
 }
 
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let steps = || prop::collection::vec(any::<[i16; 3]>(), 0..60);
+    let steps = || prop::collection::vec(any::<[i16; 3]>(), 0..60).prop_map(Steps);
     let run = (any::<(u64, bool, [i32; 3])>(), shape(), steps(), steps()).prop_map(
         |((first_tick, inside, start), tool, steps, turns)| Run { first_tick, tool, inside, start, steps, turns },
     );
@@ -452,4 +452,41 @@ fn join_code_is_printed_in_fours_without_letters_that_look_alike() {
     let code = JoinCode::new([0xff, 0x00, 0xff, 0x00, 0xff], &[0xa5; 32]);
     assert_eq!(code.to_string(), "ZW0F-Y07Z-MPJT-B9D5-MPJT-B9D5");
     assert_eq!(code.print(), Some(&[0xa5; 10]));
+}
+
+/// A hand's steps: at any speed, hardly changing it from one tick to the next.
+fn way() -> impl Strategy<Value = Vec<[i16; 3]>> {
+    let change = prop::array::uniform3(-2_i16..=2);
+    (prop::array::uniform3(-400_i16..400), prop::collection::vec(change, 0..200)).prop_map(|(start, changes)| {
+        let mut at = start;
+        let go = |change: [i16; 3]| {
+            for (along, by) in at.iter_mut().zip(change) {
+                *along += by;
+            }
+            at
+        };
+        changes.into_iter().map(go).collect()
+    })
+}
+
+proptest! {
+    #[test]
+    fn a_hand_s_step_takes_a_byte_or_so(way in way()) {
+        let bytes = protocol::encode(&Steps(way.clone())).len();
+        // three parameters and velocities of at most 31 bits, two lengths, and at most three bits a change of two
+        prop_assert!(bytes * 8 <= 3 * (4 + 31) + 5 * 8 + way.len() * 3 * 4, "{bytes} bytes for {} steps", way.len());
+        let most: usize = way
+            .iter()
+            .zip(std::iter::once(&[0; 3]).chain(&way))
+            .map(|(step, before)| Steps::bits_max(*before, *step))
+            .sum();
+        prop_assert!(bytes * 8 <= most + 12 + 7 + 5 * 8, "{bytes} bytes, {most} bits foreseen");
+    }
+
+    #[test]
+    fn steps_of_any_kind_are_never_longer_than_foreseen(way in prop::collection::vec(any::<[i16; 3]>(), 0..100)) {
+        let bytes = protocol::encode(&Steps(way.clone())).len();
+        // a parameter of fifteen makes every number of sixteen bits one of at most seventeen
+        prop_assert!(bytes * 8 <= way.len() * 3 * 17 + 12 + 7 + 5 * 8, "{bytes} bytes for {} steps", way.len());
+    }
 }

@@ -7,6 +7,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use bincode::{Decode, Encode};
 
+use super::Steps;
+
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Greeting {
@@ -206,9 +208,9 @@ pub struct Run {
     /// First position, in steps of 10 µm.
     pub start: [i32; 3],
     /// Movement from tick to tick after it, in the same steps.
-    pub steps: Vec<[i16; 3]>,
+    pub steps: Steps,
     /// Turning from tick to tick beside each step, 2¹⁶ a turn; none for a tool that is held as it is.
-    pub turns: Vec<[i16; 3]>,
+    pub turns: Steps,
 }
 
 /// A client's datagram: its newest samples and those that may have been lost.

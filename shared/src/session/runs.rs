@@ -6,14 +6,13 @@
 use alloc::vec::Vec;
 
 use crate::prediction::Pending;
-use crate::protocol::{Inputs, Run, ShapeWire};
+use crate::protocol::{Inputs, Run, ShapeWire, Steps};
 use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use crate::units::Tick;
 
-/// Most bytes of a packed step, and of a packed turn: three zigzag varints of 16 bits.
-const STEP_BYTES_MAX: usize = 9;
-/// Most bytes of a run's head: tick, tool with its orientation, side, place and two lengths.
-const RUN_BYTES_MAX: usize = 44;
+/// Most bits of a run's head: tick, tool with its orientation, side, place, and of steps and turns a length, the length of their
+/// bytes, three parameters and the rest of a byte.
+const RUN_BITS_MAX: usize = 8 * 56;
 
 /// The tool of a sample as it travels.
 pub(super) fn shape_of(sample: &ToolSample) -> ShapeWire {
@@ -45,7 +44,7 @@ struct Step {
 pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) -> (Inputs, u32) {
     let mut inputs = Inputs { first: 0, runs: Vec::new() };
     let mut last: Option<ToolSample> = None;
-    let (mut bytes, mut count) = (8, 0);
+    let (mut bits, mut count) = (64, 0);
     for Pending { sequence, sample } in samples {
         if count == 0 {
             inputs.first = *sequence;
@@ -57,22 +56,20 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
         });
         let turns = step
             .is_some_and(|step| step.turned != [0; 3] || inputs.runs.last().is_some_and(|run| !run.turns.is_empty()));
-        bytes += match step {
-            None => RUN_BYTES_MAX,
-            Some(_) if turns => 2 * STEP_BYTES_MAX,
-            Some(_) => STEP_BYTES_MAX,
+        bits += match (step, inputs.runs.last()) {
+            (Some(step), Some(run)) => {
+                let behind = |steps: &Steps, now| Steps::bits_max(steps.last().copied().unwrap_or_default(), now);
+                behind(&run.steps, step.moved) + if turns { behind(&run.turns, step.turned) } else { 0 }
+            }
+            _ => RUN_BITS_MAX,
         };
-        if bytes > bytes_max && count > 0 {
+        if bits > bytes_max * 8 && count > 0 {
             break;
         }
         match (step, inputs.runs.last_mut()) {
             (Some(step), Some(run)) => {
-                // most steps need one byte a coordinate
-                let saved = |parts: [i16; 3]| parts.iter().filter(|part| part.unsigned_abs() <= 125).count() * 2;
-                bytes -= saved(step.moved);
                 run.steps.push(step.moved);
                 if turns {
-                    bytes -= saved(step.turned);
                     run.turns.push(step.turned);
                 }
             }
@@ -81,8 +78,8 @@ pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: us
                 tool: shape_of(sample),
                 inside: sample.side == Side::Inside,
                 start: sample.centre.0,
-                steps: Vec::new(),
-                turns: Vec::new(),
+                steps: Steps::default(),
+                turns: Steps::default(),
             }),
         }
         last = Some(*sample);
