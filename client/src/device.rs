@@ -4,6 +4,7 @@
 //! Invariant: positions are metres in the room's frame, z up along the wheel's axis, the foot of the pot at zero.
 
 mod calibration;
+mod choice;
 mod driven;
 #[cfg(feature = "falcon")]
 pub mod falcon;
@@ -23,6 +24,7 @@ use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::tool::{Orientation, Tool};
 
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
+pub use choice::{ChoiceError, DeviceChoice, OpenedDevice, Survey, survey};
 pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, Reading, Reported, SILENCE, Watch};
 pub use fault::DeviceFault;
 pub use pointer::{Pointer, PointerDevice, pointer};

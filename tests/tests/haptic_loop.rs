@@ -7,11 +7,14 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use pottery_client::HapticLoop;
 use pottery_client::boundary::{NetSide, boundary};
-use pottery_client::device::Device;
+use pottery_client::device::{
+    Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Pace, Port, Reading, Reported, pointer,
+};
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics};
 use pottery_shared::prediction::{Field, Patch};
@@ -205,6 +208,48 @@ fn a_tool_that_has_not_come_to_the_hand_is_not_in_it() {
     assert_eq!(bench.net.next_sample(), None);
     bench.held.lock().unwrap().tool = Tool::default();
     assert!(bench.tick(Some(pressing(0))).length() > 0.1);
+}
+
+/// Publishes a reading a millisecond and hears the force.
+struct Busy;
+
+impl Driver for Busy {
+    fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
+        port.found("busy".into(), Reported::default());
+        let mut pace = Pace::new();
+        while !port.is_closing() {
+            let position_m = port.force_n() * 1e-3;
+            port.publish(Reading { position_m, velocity_m_s: Some(Vec3::X), buttons: 1 });
+            pace.wait();
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn device_with_a_driver_allocates_nothing_in_the_tick() {
+    let calibration = Calibration::new(Axes::YUp, Vec3::ZERO);
+    let mut device = DrivenDevice::open(Busy, calibration, DeviceSpecs::OMNI, pointer().1).unwrap();
+    let monitor = device.monitor();
+    let (mut heard, mut tick) = (0, 0);
+    let begin = Instant::now();
+    while heard < 200 {
+        assert!(begin.elapsed() < Duration::from_secs(30), "{heard} readings");
+        let seconds = begin.elapsed().as_secs_f64();
+        tick += 1;
+        let mut place = None;
+        let asked = requests(|| {
+            if tick % 50 == 7 {
+                monitor.recentre();
+            }
+            place = device.position(seconds);
+            device.set_force(Vec3::splat(device.velocity().map_or(0.0, |velocity| velocity.x)));
+            std::hint::black_box((device.buttons(), device.tool(), device.orientation()));
+        });
+        assert_eq!(asked, 0);
+        heard += u32::from(place.is_some());
+        std::thread::sleep(Duration::from_millis(1));
+    }
 }
 
 #[test]

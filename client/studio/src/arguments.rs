@@ -10,6 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::Target;
+use pottery_client::device::DeviceChoice;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
@@ -35,7 +36,9 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --open bowl.pot                         go on with a pot that was saved
   pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
   pottery-studio --headless --stroke mine.csv            let one of them replay a recorded stroke
-  pottery-studio --record mine.csv                       record what you do with the mouse
+  pottery-studio --record mine.csv                       record what you do
+  pottery-studio devices                                 say which devices are there, and why others are not
+  pottery-studio --device falcon:firmware=nvent.bin      work with a haptic device
 
 Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
 the view, +/- tool size, up/down wheel speed, V/B drier and wetter clay, R resets the view, Esc leaves.";
@@ -46,6 +49,16 @@ enum Command {
     Host(HostFlags),
     /// Join a studio that somebody hosts
     Join(JoinFlags),
+    /// Say which devices are there, and of each other one why not
+    Devices,
+}
+
+#[derive(Args, Clone, Debug)]
+struct DeviceFlag {
+    /// What is in the hand: mouse, gamepad, inverse3, openhaptics, falcon, simulated or replay, with parameters after a
+    /// colon, as falcon:number=1,scale=1.5 [default: mouse; headless: the first potter's stroke]
+    #[arg(long, value_name = "NAME[:KEY=VALUE,...]")]
+    device: Option<DeviceChoice>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -92,6 +105,8 @@ struct HostFlags {
     /// Record the own stroke (headless: the first potter's) to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    hold: DeviceFlag,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -107,6 +122,8 @@ struct JoinFlags {
     /// Record the own stroke to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    hold: DeviceFlag,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -173,6 +190,8 @@ pub(crate) enum HandKind {
 pub(crate) enum Mode {
     Headless(HeadlessSession),
     Window(WindowSession),
+    /// Look for devices and say what was found.
+    Devices,
 }
 
 /// A session of scripted potters.
@@ -184,6 +203,8 @@ pub(crate) struct HeadlessSession {
     pub(crate) seconds: f64,
     pub(crate) out: PathBuf,
     pub(crate) hand: HandKind,
+    /// What the first potter holds instead of a scripted hand.
+    pub(crate) device: Option<DeviceChoice>,
     pub(crate) record: Option<PathBuf>,
 }
 
@@ -191,6 +212,9 @@ pub(crate) struct HeadlessSession {
 #[derive(Clone, Debug)]
 pub(crate) struct WindowSession {
     pub(crate) place: Place,
+    pub(crate) device: DeviceChoice,
+    /// What a simulated hand follows that was given no stroke.
+    pub(crate) stroke: Arc<Stroke>,
     pub(crate) record: Option<PathBuf>,
 }
 
@@ -227,8 +251,9 @@ impl Arguments {
             Some(Command::Join(join)) => {
                 check_writable(join.record.as_ref())?;
                 let target = Target { address: join.address.clone(), code: join.code.clone(), wheel: join.wheel };
-                return Ok(Mode::Window(WindowSession { place: Place::Joined(target), record: join.record.clone() }));
+                return window(Place::Joined(target), &join.hold, join.record.as_ref());
             }
+            Some(Command::Devices) => return Ok(Mode::Devices),
             Some(Command::Host(flags)) => flags,
             None => &self.host,
         };
@@ -237,13 +262,15 @@ impl Arguments {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
         let server = flags.server_config(ServerConfig::default().listen)?;
-        Ok(Mode::Window(WindowSession { place: Place::Hosted(Box::new(server)), record: flags.record.clone() }))
+        window(Place::Hosted(Box::new(server)), &flags.hold, flags.record.as_ref())
     }
 
     /// The headless session to fall back to when there is no display.
     pub(crate) fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
         match &self.command {
-            Some(Command::Join(_)) => bail!("joining needs a display; start it where a window can be opened"),
+            Some(Command::Join(_) | Command::Devices) => {
+                bail!("joining needs a display; start it where a window can be opened")
+            }
             Some(Command::Host(flags)) => flags.headless_session(),
             None => self.host.headless_session(),
         }
@@ -287,6 +314,9 @@ impl HostFlags {
             let (name, text) = STROKES[potter % STROKES.len()];
             strokes.push(Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?));
         }
+        if self.hold.device.as_ref().is_some_and(|device| device.name() == "mouse") {
+            bail!("the mouse needs a window; leave --headless out, or choose another device");
+        }
         let mut server = self.server_config(SocketAddr::from(([127, 0, 0, 1], 0)))?;
         server.wheel_speed = strokes[0].wheel_speed();
         Ok(HeadlessSession {
@@ -295,9 +325,17 @@ impl HostFlags {
             seconds: self.seconds,
             out: self.out.clone(),
             hand: self.hand,
+            device: self.hold.device.clone(),
             record: self.record.clone(),
         })
     }
+}
+
+fn window(place: Place, hold: &DeviceFlag, record: Option<&PathBuf>) -> anyhow::Result<Mode> {
+    let (name, text) = STROKES[0];
+    let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
+    let device = hold.device.clone().unwrap_or_default();
+    Ok(Mode::Window(WindowSession { place, device, stroke, record: record.cloned() }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

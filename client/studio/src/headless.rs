@@ -5,13 +5,15 @@
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use pottery_client::device::{Device, HandModel, ScriptedDevice, SimulatedDevice};
+use pottery_client::device::{Device, DeviceChoice, HandModel, ScriptedDevice, SimulatedDevice, pointer};
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{self, Gpu, Scene};
+use pottery_client::stroke::Stroke;
 use pottery_client::whole_file::write_whole;
 use pottery_client::{Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
@@ -73,9 +75,10 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
     for (number, stroke) in session.strokes.iter().enumerate() {
         // an endpoint each, as people on machines of their own have
         let endpoint = pottery_client::endpoint()?;
-        let device: Box<dyn Device> = match session.hand {
-            HandKind::Scripted => Box::new(ScriptedDevice::new(stroke.clone())),
-            HandKind::Simulated => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
+        let device: Box<dyn Device> = match (&session.device, session.hand) {
+            (Some(device), _) if number == 0 => open(device, stroke)?,
+            (_, HandKind::Scripted) => Box::new(ScriptedDevice::new(stroke.clone())),
+            (_, HandKind::Simulated) => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
         };
         let options = PotterOptions { record: number == 0 && session.record.is_some() };
         potters.push(Potter::join(&endpoint, &target, device, options).await?);
@@ -100,6 +103,18 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
         endpoint.wait_idle().await;
     }
     Ok(reports)
+}
+
+/// Takes a device in hand and says once whether it is there.
+fn open(device: &DeviceChoice, stroke: &Arc<Stroke>) -> anyhow::Result<Box<dyn Device>> {
+    let opened = device.open(pointer().1, stroke).context("no thread for the device")?;
+    if let Some(monitor) = opened.monitor {
+        match (monitor.about(), monitor.notice()) {
+            (_, Some(notice)) => eprintln!("pottery-studio: {notice}"),
+            (about, None) => println!("device     {}", about.as_deref().unwrap_or(device.name())),
+        }
+    }
+    Ok(opened.device)
 }
 
 /// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted.

@@ -13,6 +13,7 @@ mod window;
 use std::process::ExitCode;
 
 use clap::Parser;
+use pottery_client::device::survey;
 
 use arguments::{Arguments, Mode};
 
@@ -36,6 +37,15 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match arguments.mode()? {
         Mode::Headless(session) => headless::run(&session),
+        Mode::Devices => {
+            for device in survey() {
+                match device.found {
+                    Ok(found) => println!("{:<12} there      {found}", device.name),
+                    Err(why) => println!("{:<12} not there  {why}", device.name),
+                }
+            }
+            Ok(())
+        }
         Mode::Window(session) => match window::run(&session)? {
             window::Ended::ByPerson => Ok(()),
             window::Ended::NoDisplay(reason) => {

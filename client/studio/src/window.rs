@@ -12,14 +12,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
-use pottery_client::device::pointer;
+use pottery_client::device::{OpenedDevice, pointer};
 use pottery_client::{Potter, PotterOptions};
 use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WindowSession};
 use crate::hosting::{self, Studio};
 use crate::record;
-use app::App;
+use app::{App, Held};
 use panel::Invitation;
 
 /// How a session in a window ended.
@@ -56,11 +56,13 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         println!("note: this short code does not say which server it belongs to; the long one is safer");
     }
     let runtime = hosting::runtime("network")?;
-    let (asked, device) = pointer();
+    let (asked, mouse) = pointer();
+    let OpenedDevice { device, monitor } =
+        session.device.open(mouse, &session.stroke).context("no thread for the device")?;
     let potter = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
         let options = PotterOptions { record: session.record.is_some() };
-        Potter::join(&endpoint, &target, Box::new(device), options).await
+        Potter::join(&endpoint, &target, device, options).await
     })?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
@@ -69,7 +71,8 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
             flag.store(true, Ordering::Relaxed);
         }
     });
-    let mut app = App::new(potter, asked, invitation, interrupted);
+    let held = Held { name: session.device.name(), monitor };
+    let mut app = App::new(potter, asked, held, invitation, interrupted);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;

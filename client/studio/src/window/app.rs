@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::Vec2;
-use pottery_client::device::Pointer;
+use glam::{Vec2, Vec3};
+use pottery_client::device::{Monitor, Pointer};
 use pottery_client::render::{Camera, Scene, ToolView};
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
@@ -16,7 +16,7 @@ use pottery_shared::clay::{Material, Phase, Wetness};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Rpm};
 use winit::application::ApplicationHandler;
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, Touch, TouchPhase, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Window, WindowId};
@@ -64,10 +64,19 @@ impl Settings {
     }
 }
 
+/// What is in the hand.
+#[derive(Debug)]
+pub(super) struct Held {
+    pub(super) name: &'static str,
+    /// What its driver says, if it has one.
+    pub(super) monitor: Option<Arc<Monitor>>,
+}
+
 /// The window's state.
 pub(super) struct App {
     potter: Potter,
     asked: triple_buffer::Input<Pointer>,
+    held: Held,
     invitation: Option<Invitation>,
     stage: Option<Stage>,
     egui: egui::Context,
@@ -83,6 +92,9 @@ pub(super) struct App {
     last_frame: Instant,
     next_frame: Instant,
     drawn_phase: Phase,
+    drawn_tool_m: Option<Vec3>,
+    /// The finger that holds the tool.
+    finger: Option<u64>,
     is_dirty: bool,
     /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
     settings: Settings,
@@ -101,6 +113,7 @@ impl App {
     pub(super) fn new(
         potter: Potter,
         asked: triple_buffer::Input<Pointer>,
+        held: Held,
         invitation: Option<Invitation>,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
@@ -119,6 +132,7 @@ impl App {
             late_percent: 0.0,
             frames_per_s: 0.0,
             adapter: String::new(),
+            device: held.name.to_owned(),
             notice: None,
             shows_help: false,
         };
@@ -128,6 +142,7 @@ impl App {
             rpm_before_stop: panel.rpm.max(30.0),
             potter,
             asked,
+            held,
             invitation,
             stage: None,
             egui: egui::Context::default(),
@@ -142,6 +157,8 @@ impl App {
             last_frame: Instant::now(),
             next_frame: Instant::now(),
             drawn_phase: Phase::default(),
+            drawn_tool_m: None,
+            finger: None,
             is_dirty: true,
             settings,
             asked_at: Instant::now(),
@@ -210,6 +227,11 @@ impl App {
             Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
             Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
             Key::Character("r" | "R") => self.camera = Camera::default(),
+            Key::Character("c" | "C") => {
+                if let Some(monitor) = &self.held.monitor {
+                    monitor.recentre();
+                }
+            }
             Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
             _ => {}
         }
@@ -226,6 +248,20 @@ impl App {
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
         self.hand.point_to(Some(ndc));
+    }
+
+    /// One finger is the mouse with its left button down; others are left alone.
+    fn touched(&mut self, touch: &Touch) {
+        if self.finger.is_some_and(|finger| finger != touch.id) {
+            return;
+        }
+        let is_down = matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved);
+        self.finger = is_down.then_some(touch.id);
+        self.moved(Vec2::new(touch.location.x as f32, touch.location.y as f32));
+        self.hand.press_button(is_down);
+        if !is_down {
+            self.hand.point_to(None);
+        }
     }
 
     fn scrolled(&mut self, lines: f32) {
@@ -289,7 +325,8 @@ impl App {
             let (centre_m, radius_m) = (tool.centre.point_m(), sphere.radius().0);
             tools.push(ToolView { centre_m, radius_m, colour, touching: tool.touching });
         }
-        if let Some(centre_m) = status.tool_m() {
+        self.drawn_tool_m = status.tool_m();
+        if let Some(centre_m) = self.drawn_tool_m {
             let radius_m = self.tool.radius().0;
             tools.push(ToolView { centre_m, radius_m, colour: colour(own), touching: is_touching });
         }
@@ -306,11 +343,15 @@ impl App {
         self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
         let view = self.potter.view().lock();
         self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        let monitor = self.held.monitor.as_ref();
+        let found = monitor.and_then(|monitor| monitor.about());
+        self.panel.device = found.unwrap_or_else(|| self.held.name.to_owned());
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some("the studio has closed; what you see is how the pot was left".into()),
             (Link::Lost(reason), _) => Some(reason.clone()),
-            (Link::Open, Some(fault)) => Some(fault.to_string()),
-            (Link::Open, None) => None,
+            (Link::Open, fault) => {
+                monitor.and_then(|monitor| monitor.notice()).or_else(|| fault.map(|fault| fault.to_string()))
+            }
         };
         // what somebody else set shows here, unless the own wish is still on its way
         let soon = self.potter.tick().offset(1000);
@@ -365,6 +406,7 @@ impl App {
             || !view.changed.is_empty()
             || view.conditions.phase(self.potter.tick()) != self.drawn_phase
             || view.tools.iter().any(|tool| tool.client != view.number)
+            || self.potter.status().tool_m() != self.drawn_tool_m
             || self.egui.has_requested_repaint()
     }
 }
@@ -409,6 +451,7 @@ impl ApplicationHandler for App {
                 }
             }
             WindowEvent::CursorLeft { .. } => self.hand.point_to(None),
+            WindowEvent::Touch(touch) if !is_panels => self.touched(&touch),
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 self.hand.press_button(state == ElementState::Pressed && !is_panels);
             }

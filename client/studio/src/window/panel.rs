@@ -50,6 +50,8 @@ pub(super) struct PanelState {
     pub(super) late_percent: f32,
     pub(super) frames_per_s: f32,
     pub(super) adapter: String,
+    /// What is in the hand.
+    pub(super) device: String,
     /// A sentence that the person must see.
     pub(super) notice: Option<String>,
     pub(super) shows_help: bool,
@@ -62,7 +64,7 @@ pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetne
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 9] = [
+const KEYS: [(&str, &str); 10] = [
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
     ("right button", "turn the view"),
@@ -70,6 +72,7 @@ const KEYS: [(&str, &str); 9] = [
     ("up, down, space", "wheel faster, slower, stop"),
     ("+ -", "larger, smaller tool"),
     ("V B", "drier, wetter clay"),
+    ("C", "a device's middle is here"),
     ("R", "view as at first"),
     ("H, Esc", "these keys, leave"),
 ];
@@ -117,9 +120,10 @@ pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: 
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         ui.label(
             RichText::new(format!(
-                "round trip {:.1} ms · {} · hand 1 kHz, {:.1} % late · {:.0} pictures/s on {} · H: keys",
+                "round trip {:.1} ms · {} · {}, hand 1 kHz, {:.1} % late · {:.0} pictures/s on {} · H: keys",
                 state.round_trip_ms,
                 quality(state.round_trip_ms),
+                state.device,
                 state.late_percent,
                 state.frames_per_s,
                 state.adapter

@@ -1,0 +1,144 @@
+//! Devices by name: what can be asked for, what is said when it cannot be had, and a session with one from start to end.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeSet;
+use std::process::{Command, Output, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::Vec3;
+use pottery_client::device::{Device, DeviceChoice, inverse3, pointer};
+use pottery_client::stroke::Stroke;
+use pottery_shared::haptics::DeviceSpecs;
+use pottery_tests::programs::{folder, program};
+use pottery_tests::twin::haply::HaplyTwin;
+
+fn stroke() -> Arc<Stroke> {
+    Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,50\n1,70,0,50\n").unwrap())
+}
+
+fn opened(text: &str) -> Box<dyn Device> {
+    text.parse::<DeviceChoice>().unwrap().open(pointer().1, &stroke()).unwrap().device
+}
+
+#[test]
+fn every_device_can_be_named_and_nonsense_is_refused_with_what_may_be() {
+    for name in ["mouse", "gamepad", "inverse3", "openhaptics", "falcon", "simulated"] {
+        assert_eq!(name.parse::<DeviceChoice>().unwrap().name(), name);
+    }
+    for (text, said) in [
+        ("broom", "mouse, gamepad, inverse3, openhaptics, falcon, simulated, replay"),
+        ("", "choose one of"),
+        ("mouse:left=1", "knows none"),
+        ("falcon:colour=red", "firmware"),
+        ("falcon:number=-1", "whole number"),
+        ("falcon:firmware", "KEY=VALUE"),
+        ("falcon:scale=0", "from 0.1 to 10"),
+        ("falcon:scale=nan", "from 0.1 to 10"),
+        ("falcon:specs=broom", "omega.3"),
+        ("openhaptics:peak=0", "from 0.01"),
+        ("simulated:mass=0", "from 0.01"),
+        ("replay", "file=FILE"),
+        ("replay:file=no-such.csv", "no-such.csv"),
+    ] {
+        let refused = text.parse::<DeviceChoice>().unwrap_err().to_string();
+        assert!(refused.contains(said) && !refused.contains('\n'), "{text}: {refused}");
+    }
+}
+
+#[test]
+fn parameters_reach_the_device() {
+    // nothing listens there: the device is waited for, with what is known of its kind
+    let limits = |text: &str| opened(&format!("inverse3:address=127.0.0.1:9,{text}")).specs();
+    let touch = DeviceSpecs::preset("touch").unwrap().specs;
+    assert_eq!(limits("id=049D"), touch);
+    assert_eq!(limits("peak=1.5,stiffness=200").peak_force_n, 1.5);
+    assert_eq!(limits("peak=1.5,stiffness=200").stiffness_max_n_m, 200.0);
+    // a person may want less than the device can, not more
+    assert_eq!(limits("peak=50").peak_force_n, touch.peak_force_n);
+    let scaled = limits("scale=2,stiffness=200");
+    assert_eq!((scaled.stiffness_max_n_m, scaled.workspace_radius_m), (100.0, 2.0 * touch.workspace_radius_m));
+    let mut steps = BTreeSet::new();
+    let mut simulated = opened("simulated:resolution_mm=0.5");
+    for tick in 0..500 {
+        let place_m = simulated.position(f64::from(tick) * 1e-3).unwrap();
+        steps.insert((place_m.x * 2000.0).round() as i32);
+        assert!((place_m.x * 2000.0 - (place_m.x * 2000.0).round()).abs() < 1e-3, "{place_m}");
+    }
+    assert!(steps.len() > 5, "{steps:?}");
+}
+
+#[test]
+fn replay_follows_its_file() {
+    let out = folder("device-replay");
+    let file = out.join("mine.csv");
+    std::fs::write(&file, "t_s,x_mm,y_mm,z_mm\n0,90,0,50\n1,70,0,50\n").unwrap();
+    let mut replay = opened(&format!("replay:file={}", file.display()));
+    assert_eq!(replay.position(0.5), Some(Vec3::new(0.080, 0.0, 0.050)));
+    assert_eq!(replay.position(1.5), None);
+    std::fs::remove_dir_all(out).unwrap();
+}
+
+fn studio(arguments: &[&str]) -> Output {
+    Command::new(program("pottery-studio")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn studio_lists_every_device_on_a_line_and_says_why_one_is_not_there() {
+    let output = studio(&["devices"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines: Vec<&str> = text.lines().collect();
+    let names = ["mouse", "gamepad", "inverse3", "openhaptics", "falcon", "simulated", "replay"];
+    assert_eq!(lines.len(), names.len(), "{text}");
+    for (line, name) in lines.iter().zip(names) {
+        let said = line.strip_prefix(name).unwrap().trim_start();
+        let why = said.strip_prefix("not there").or_else(|| said.strip_prefix("there")).unwrap().trim_start();
+        assert!(why.len() > 10, "{line}");
+    }
+}
+
+#[test]
+fn studio_refuses_a_device_that_nobody_knows_and_a_mouse_without_a_window() {
+    let output = studio(&["--device", "broom"]);
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("openhaptics"));
+    let output = studio(&["--headless", "--device", "mouse"]);
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("window"));
+}
+
+#[test]
+fn session_with_a_device_presses_clay_and_outlives_it() {
+    let out = folder("device-session");
+    let twin = HaplyTwin::start(inverse3::MIDDLE_M);
+    let device = format!("inverse3:address={}", twin.address());
+    let mut studio = Command::new(program("pottery-studio"))
+        .args(["--headless", "--potters", "1", "--seconds", "8", "--device", &device, "--out"])
+        .arg(&out)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while twin.with(|state| state.messages) < 200 {
+        assert!(studio.try_wait().unwrap().is_none(), "the studio ended");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    for step in 1..=200 {
+        twin.hold_at(inverse3::MIDDLE_M + Vec3::Y * 0.034 * step as f32 / 200.0);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    while twin.force_n() == Vec3::ZERO {
+        assert!(studio.try_wait().unwrap().is_none(), "no force before the studio ended");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // pulled out in mid press
+    drop(twin);
+    let output = studio.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("Haply Inverse3 04BA"));
+    let session: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("session.json")).unwrap()).unwrap();
+    assert!(session["pressed_volume_mm3"].as_f64().unwrap() > 10.0, "{session}");
+    std::fs::remove_dir_all(out).unwrap();
+}
