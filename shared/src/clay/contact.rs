@@ -5,23 +5,48 @@
 //! one chunk.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::Vec3;
-use wide::f32x8;
+use wide::{f32x4, f32x8};
 
 use super::faceted::Cutter;
-use super::{Press, Surface, Window};
+use super::{GridShape, Press, Surface, Window};
 use crate::tool::{Side, Tool};
 
 /// Elements worked on at once. The lanes are written out, so that their sums are the same whatever the machine offers.
 pub(super) const LANES: usize = 8;
 
-/// Eight neighbouring elements of a column, of which the tool touches at least one.
+/// Height above the tool that stands for rows beyond the rim, m: farther than any tool reaches, and its square is finite.
+const BEYOND_M: f32 = 1e6;
+
+/// Eight neighbouring elements of a column.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chunk {
+    /// Depth p of the tool in the clay, m; zero where it does not touch.
+    pub(super) penetration_m: f32x8,
+    /// Half the length of the ray within the sphere, m, where it touches; zero for a tool of facets.
+    pub(super) half_chord_m: f32x8,
+    /// Radius r of the elements, m.
+    pub(super) radius_m: f32x8,
+}
+
+impl Chunk {
+    const NONE: Self = Self { penetration_m: f32x8::ZERO, half_chord_m: f32x8::ZERO, radius_m: f32x8::ZERO };
+
+    /// All bits set where the tool touches.
+    pub(super) fn touched(&self) -> f32x8 {
+        self.penetration_m.simd_gt(f32x8::ZERO)
+    }
+}
+
+/// A column of which the tool touches something, and where its chunks lie: one beside the other from the first that is touched
+/// to the last.
+#[derive(Clone, Debug)]
+pub(super) struct Column {
     /// Column in the grid, and row of the first lane: a multiple of [`LANES`].
     pub(super) column: u32,
-    pub(super) row: u32,
+    pub(super) first_row: u32,
     /// Angle from the tool to the column, rad.
     pub(super) angle_rad: f32,
     /// Direction of the column's ray.
@@ -30,27 +55,65 @@ pub(super) struct Chunk {
     /// The tool's centre along the ray and across it, m.
     pub(super) along_m: f32,
     pub(super) aside_m: f32,
-    /// Depth p of the tool in the clay, m; zero where it does not touch.
-    pub(super) penetration_m: f32x8,
-    /// Half the length of the ray within the sphere, m; zero where it does not touch, and for a tool of facets.
-    pub(super) half_chord_m: f32x8,
-    /// Radius r of the elements, m.
-    pub(super) radius_m: f32x8,
-    /// Height above the tool's centre, m; infinite beyond the rim.
-    pub(super) above_m: f32x8,
+    /// Where its chunks stand; before they are found, how many are to be looked at.
+    chunks: Range<usize>,
+    /// Where the heights of its rows begin.
+    heights: usize,
 }
 
-impl Chunk {
-    /// All bits set where the tool touches.
-    pub(super) fn touched(&self) -> f32x8 {
-        self.penetration_m.simd_gt(f32x8::ZERO)
+impl Column {
+    /// A column whose rows are to be looked at, from a multiple of [`LANES`] on: its angle from the tool, rad, the direction of
+    /// its ray, and the tool's centre along and across it, m.
+    pub(super) fn new(
+        column: u32,
+        window: Window,
+        rows: Range<u32>,
+        angle_rad: f32,
+        [cos, sin]: [f32; 2],
+        [along_m, aside_m]: [f32; 2],
+    ) -> Self {
+        Self {
+            column,
+            first_row: rows.start,
+            angle_rad,
+            cos,
+            sin,
+            along_m,
+            aside_m,
+            chunks: 0..(rows.end - rows.start).div_ceil(LANES as u32) as usize,
+            heights: (rows.start - window.first_row) as usize / LANES,
+        }
+    }
+
+    /// The row after its last lane; beyond the rim when the grid ends within the last chunk.
+    pub(super) fn end_row(&self) -> u32 {
+        self.first_row + (self.chunks.len() * LANES) as u32
+    }
+}
+
+/// What is known of a column's contact.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    pub(super) column: &'a Column,
+    pub(super) chunks: &'a [Chunk],
+    /// Heights above the tool's centre, m: [`BEYOND_M`] beyond the rim.
+    pub(super) above_m: &'a [f32x8],
+    /// See [`Contacts::facing`].
+    pub(super) facing: &'a [[f32x8; 3]],
+}
+
+impl<'a> Stretch<'a> {
+    /// Chunks and their heights, foot to rim.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&'a Chunk, f32x8)> + use<'a> {
+        self.chunks.iter().zip(self.above_m.iter().copied())
     }
 }
 
 /// The touched elements of one press.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
-    pub(super) chunks: Vec<Chunk>,
+    columns: Vec<Column>,
+    chunks: Chunks,
     /// Distance of the tool from the axis, m, and its angle, rad.
     pub(super) distance_m: f32,
     pub(super) angle_rad: f32,
@@ -64,24 +127,150 @@ pub(super) struct Contacts {
     /// Which way the clay pushes, chunk by chunk, along the ray, across it and up; none for a sphere.
     pub(super) facing: Vec<[f32x8; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
-    pub(super) above_m: Vec<f32x8>,
+    above_m: Vec<f32x8>,
+}
+
+/// Room for chunks, of which the first few are in use; some belong to no column.
+#[derive(Clone, Debug, Default)]
+struct Chunks {
+    room: Vec<Chunk>,
+    used: usize,
+}
+
+impl Chunks {
+    /// Keeps the chunks that were found in a column, foot to rim, up to the last that is touched; says whether one is.
+    ///
+    /// They are written in place: a call that could make room would cost more than what is found.
+    #[inline(always)]
+    fn keep(&mut self, column: &mut Column, found: impl Iterator<Item = Chunk>, tally: &mut Tally) -> bool {
+        let count = column.chunks.len();
+        if self.room.len() < self.used + count {
+            self.room.resize(self.used + count, Chunk::NONE);
+        }
+        let (mut first, mut end) = (usize::MAX, 0);
+        for (number, (room, chunk)) in self.room[self.used..][..count].iter_mut().zip(found).enumerate() {
+            if tally.add(chunk.penetration_m) {
+                first = first.min(number);
+                end = number + 1;
+            }
+            *room = chunk;
+        }
+        if end == 0 {
+            return false;
+        }
+        column.first_row += (first * LANES) as u32;
+        column.heights += first;
+        column.chunks = self.used + first..self.used + end;
+        self.used += end;
+        true
+    }
+}
+
+/// What is counted while elements are found.
+#[derive(Default)]
+pub(super) struct Tally {
+    /// Touched elements, lane by lane: whole numbers, which `f32` holds.
+    elements: f32x8,
+    deepest_m: f32x8,
+}
+
+impl Tally {
+    /// Whether any of eight penetrations touches.
+    #[inline(always)]
+    pub(super) fn add(&mut self, penetration_m: f32x8) -> bool {
+        let touched = penetration_m.simd_gt(f32x8::ZERO);
+        self.elements += touched & f32x8::ONE;
+        self.deepest_m = self.deepest_m.fast_max(penetration_m);
+        touched.any()
+    }
 }
 
 impl Contacts {
-    /// Room for any press on `elements` elements.
-    pub(super) fn with_room(elements: usize) -> Self {
+    /// Room for any press on `shape`.
+    pub(super) fn with_room(shape: GridShape) -> Self {
+        let chunks = shape.columns() as usize * (shape.rows() as usize).div_ceil(LANES);
         Self {
-            chunks: Vec::with_capacity(elements / LANES + 1),
-            above_m: Vec::with_capacity(elements / LANES + 1),
-            facing: Vec::with_capacity(elements / LANES + 1),
+            columns: Vec::with_capacity(shape.columns() as usize),
+            chunks: Chunks { room: Vec::with_capacity(chunks), used: 0 },
+            above_m: Vec::with_capacity(shape.rows() as usize / LANES + 1),
+            facing: Vec::with_capacity(chunks),
             ..Self::default()
+        }
+    }
+
+    /// The columns that are touched, with what is known of them, in order round the pot.
+    pub(super) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
+        self.columns.iter().map(|column| Stretch {
+            column,
+            chunks: &self.chunks.room[column.chunks.clone()],
+            above_m: &self.above_m[column.heights..],
+            facing: self.facing.get(column.chunks.clone()).unwrap_or_default(),
+        })
+    }
+
+    /// How many chunks there are; as many ways to face belong to a tool of facets.
+    pub(super) const fn found(&self) -> usize {
+        self.chunks.used
+    }
+
+    /// The columns that are touched, in order round the pot.
+    pub(super) fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Whether the tool is one of facets.
+    pub(super) fn is_faceted(&self) -> bool {
+        !self.facing.is_empty()
+    }
+
+    /// Puts other penetrations in the place of those there are.
+    pub(super) fn replace(&mut self, penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8) {
+        let mut tally = Tally::default();
+        for column in &self.columns {
+            let chunks = &mut self.chunks.room[column.chunks.clone()];
+            for (chunk, &above) in chunks.iter_mut().zip(&self.above_m[column.heights..]) {
+                chunk.penetration_m = penetration_m(column, chunk, above);
+                tally.add(chunk.penetration_m);
+            }
+        }
+        self.take(&tally);
+    }
+
+    /// Leaves out what lies beyond the wanted chunks of each column.
+    pub(super) fn keep(&mut self, wanted: impl Fn(&Column, &Chunk, f32x8) -> bool) {
+        let (chunks, above_m) = (&self.chunks.room, &self.above_m);
+        self.columns.retain_mut(|column| {
+            let is_wanted = |number: usize| {
+                let above = above_m[column.heights + number - column.chunks.start];
+                wanted(column, &chunks[number], above)
+            };
+            let Some(first) = column.chunks.clone().find(|&number| is_wanted(number)) else { return false };
+            let last = column.chunks.clone().rfind(|&number| is_wanted(number)).unwrap_or(first);
+            let skipped = first - column.chunks.start;
+            column.first_row += (skipped * LANES) as u32;
+            column.heights += skipped;
+            column.chunks = first..last + 1;
+            true
+        });
+    }
+
+    pub(super) fn take(&mut self, tally: &Tally) {
+        self.elements = sum(tally.elements) as u32;
+        self.deepest_m = tally.deepest_m.to_array().into_iter().fold(0.0, f32::max);
+    }
+
+    /// Adds a column of chunks, if any of them is touched; before they are found, its range says how many there are.
+    pub(super) fn add_column(&mut self, mut column: Column, found: impl Iterator<Item = Chunk>, tally: &mut Tally) {
+        if self.chunks.keep(&mut column, found, tally) {
+            self.columns.push(column);
         }
     }
 
     /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
     /// `cutter`'s does.
     pub(super) fn gather(&mut self, surface: &Surface, press: &Press, behind_m: f32, cutter: Option<&mut Cutter>) {
-        self.chunks.clear();
+        self.columns.clear();
+        self.chunks.used = 0;
         self.above_m.clear();
         self.facing.clear();
         (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
@@ -105,27 +294,53 @@ impl Contacts {
         if window.is_empty() {
             return;
         }
-        let (centre, radius_m) = (press.centre_m, self.tool_m);
-        self.fill_heights(surface, centre.z);
-        let mut deepest = f32x8::ZERO;
+        self.fill_heights(surface, press.centre_m.z);
+        self.list_columns(surface, press, &reach);
+        let Self { columns, chunks, above_m, tool_m, .. } = self;
+        let mut tally = Tally::default();
+        let ball = Ball { tool_m: *tool_m, side: press.side, behind_m };
+        columns.retain_mut(|column| {
+            let radii_m = &surface.column_m(column.column)[column.first_row as usize..];
+            ball.find(column, radii_m, &above_m[column.heights..], chunks, &mut tally)
+        });
+        self.take(&tally);
+    }
+
+    /// Lists the columns that a sphere may touch and the chunks that are to be looked at.
+    ///
+    /// It is a pass of its own, so that what is looked at does not wait for where it stands.
+    fn list_columns(&mut self, surface: &Surface, press: &Press, reach: &Reach) {
+        let (shape, window, centre, tool_m) = (surface.shape(), reach.window, press.centre_m, self.tool_m);
+        let column_rad = shape.column_angle_rad();
+        let rows_per_m = 1.0 / surface.row_height_m();
+        let (lowest, highest) = (window.first_row, window.end_row());
         let half_columns = (window.columns / 2) as i32;
-        let whole_ring = window.columns == surface.shape().columns();
-        for (local, column) in window.grid_columns(surface.shape()).enumerate() {
+        for (local, column) in window.grid_columns(shape).enumerate() {
             let [cos, sin] = surface.direction(column);
             let (along_m, aside_m) = (centre.x * cos + centre.y * sin, centre.y * cos - centre.x * sin);
-            let reach_squared = radius_m * radius_m - aside_m * aside_m;
-            if reach_squared <= 0.0 {
+            // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another
+            // widest radius must find the same
+            let apart_m = match press.side {
+                Side::Outside => (along_m - surface.widest_m() - 1e-6).max(0.0),
+                Side::Inside => 0.0,
+            };
+            let half_chord_m2 = tool_m * tool_m - aside_m * aside_m - apart_m * apart_m;
+            if half_chord_m2 <= 0.0 {
                 continue;
             }
-            let angle_rad = if whole_ring {
-                nearest_turn(column as f32 * surface.shape().column_angle_rad() - reach.angle_rad)
+            let half_m = root(half_chord_m2);
+            let row = |z_m: f32| (z_m * rows_per_m).max(0.0) as u32;
+            let first_row = row(centre.z - half_m).saturating_sub(1) / LANES as u32 * LANES as u32;
+            let first_row = first_row.clamp(lowest, highest);
+            let end_row = (row(centre.z + half_m) + 2).clamp(first_row, highest);
+            let angle_rad = if window.columns == shape.columns() {
+                nearest_turn(column as f32 * column_rad - reach.angle_rad)
             } else {
-                (local as i32 - half_columns) as f32 * surface.shape().column_angle_rad() - reach.off_column_rad
+                (local as i32 - half_columns) as f32 * column_rad - reach.off_column_rad
             };
-            let at = Ray { column, angle_rad, cos, sin, along_m, aside_m, reach_squared, reach_m: radius_m };
-            self.gather_column(surface, press, behind_m, &at, &mut deepest);
+            let (direction, centre) = ([cos, sin], [along_m, aside_m]);
+            self.columns.push(Column::new(column, window, first_row..end_row, angle_rad, direction, centre));
         }
-        self.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
     }
 
     /// Finds the element nearest to a tool that is smaller than an element and presses between the middles of all: it is
@@ -157,22 +372,19 @@ impl Contacts {
             f32x8::new(lanes)
         };
         let [cos, sin] = surface.direction(column);
-        (self.elements, self.deepest_m) = (1, penetration_m);
         self.window = Window { first_column: column, columns: 1, first_row, rows: LANES as u32 };
         self.window.rows = self.window.rows.min(surface.shape().rows() - first_row);
-        self.chunks.push(Chunk {
-            column,
-            row: first_row,
-            angle_rad: -reach.off_column_rad,
-            cos,
-            sin,
-            along_m: reach.distance_m,
-            aside_m: 0.0,
+        self.above_m.push(only(0.0, BEYOND_M));
+        let chunk = Chunk {
             penetration_m: only(penetration_m, 0.0),
             half_chord_m: only(tool_m, 0.0),
             radius_m: only(radius_m, 0.0),
-            above_m: only(0.0, f32::INFINITY),
-        });
+        };
+        let (rows, centre) = (first_row..self.window.end_row(), [reach.distance_m, 0.0]);
+        let at = Column::new(column, self.window, rows, -reach.off_column_rad, [cos, sin], centre);
+        let mut tally = Tally::default();
+        self.add_column(at, core::iter::once(chunk), &mut tally);
+        self.take(&tally);
     }
 
     pub(super) fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
@@ -182,106 +394,78 @@ impl Contacts {
             let rows = f32x8::splat(row as f32) + lanes;
             let above = rows * row_height_m - tool_z;
             let within = rows.simd_lt(f32x8::splat(surface.shape().rows() as f32));
-            self.above_m.push(within.bitselect(above, f32x8::splat(f32::INFINITY)));
-        }
-    }
-
-    /// Forgets the chunks that are not wanted.
-    pub(super) fn keep(&mut self, wanted: impl Fn(&Chunk) -> bool) {
-        let mut kept = 0;
-        for number in 0..self.chunks.len() {
-            if wanted(&self.chunks[number]) {
-                self.chunks.swap(kept, number);
-                if !self.facing.is_empty() {
-                    self.facing.swap(kept, number);
-                }
-                kept += 1;
-            }
-        }
-        self.chunks.truncate(kept);
-        self.facing.truncate(kept);
-    }
-
-    /// The rows less than `half_m` above or below the tool, from a multiple of [`LANES`] on, and the row after them.
-    fn rows_within(&self, half_m: f32, surface: &Surface, tool_z: f32) -> (usize, usize) {
-        let row = |z_m: f32| (z_m / surface.row_height_m()).max(0.0) as u32;
-        let first = row(tool_z - half_m).saturating_sub(1) / LANES as u32 * LANES as u32;
-        let end = (row(tool_z + half_m) + 2).next_multiple_of(LANES as u32);
-        let (lowest, highest) = (self.window.first_row, self.window.end_row());
-        (first.clamp(lowest, highest) as usize, end.clamp(lowest, highest) as usize)
-    }
-
-    fn gather_column(&mut self, surface: &Surface, press: &Press, behind_m: f32, at: &Ray, deepest: &mut f32x8) {
-        let (side, tool_z) = (press.side, press.centre_m.z);
-        // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another widest
-        // radius must find the same
-        let apart_m = (at.along_m - surface.widest_m() - 1e-6).max(0.0);
-        let chord_squared = at.reach_squared - apart_m * apart_m;
-        if side == Side::Outside && chord_squared <= 0.0 {
-            return;
-        }
-        let (first, end) = match side {
-            Side::Outside => self.rows_within(libm::sqrtf(chord_squared), surface, tool_z),
-            Side::Inside => (self.window.first_row as usize, self.window.end_row() as usize),
-        };
-        let skipped = (first - self.window.first_row as usize) / LANES;
-        let (radii, last) = surface.column_m(at.column)[first..end].as_chunks::<LANES>();
-        let last = (!last.is_empty()).then(|| load(last).to_array());
-        let along = f32x8::splat(at.along_m);
-        for ((number, lanes), &above) in radii.iter().chain(&last).enumerate().zip(&self.above_m[skipped..]) {
-            let radius = f32x8::new(*lanes);
-            let discriminant = f32x8::splat(at.reach_squared) - above * above;
-            // how far the tool's centre is on its own side of the wall
-            let beyond = match side {
-                Side::Outside => along - radius,
-                Side::Inside => radius - behind_m - along,
-            };
-            let near = beyond.simd_lt(f32x8::ZERO) | (beyond * beyond).simd_lt(discriminant);
-            let touched = discriminant.simd_gt(f32x8::ZERO) & near;
-            if !touched.any() {
-                continue;
-            }
-            let half_chord = (discriminant & touched).sqrt();
-            let mut penetration = (half_chord - beyond) & touched;
-            if side == Side::Outside && at.along_m < at.reach_m {
-                // the tool holds the axis, beyond which there is no clay of this ray
-                penetration = penetration.fast_min(radius) & (along + half_chord).simd_gt(f32x8::ZERO);
-            }
-            penetration = penetration.fast_max(f32x8::ZERO);
-            let met = penetration.simd_gt(f32x8::ZERO).to_bitmask().count_ones();
-            if met == 0 {
-                continue;
-            }
-            self.elements += met;
-            *deepest = deepest.fast_max(penetration);
-            self.chunks.push(Chunk {
-                column: at.column,
-                row: (first + number * LANES) as u32,
-                angle_rad: at.angle_rad,
-                cos: at.cos,
-                sin: at.sin,
-                along_m: at.along_m,
-                aside_m: at.aside_m,
-                penetration_m: penetration,
-                half_chord_m: half_chord,
-                radius_m: radius,
-                above_m: above,
-            });
+            self.above_m.push(within.bitselect(above, f32x8::splat(BEYOND_M)));
         }
     }
 }
 
-/// A column of elements as the tool sees it.
-struct Ray {
-    column: u32,
-    angle_rad: f32,
-    cos: f32,
-    sin: f32,
-    along_m: f32,
-    aside_m: f32,
-    /// The tool's radius, m, and the square of half its extent along the ray at its own height, m².
-    reach_m: f32,
-    reach_squared: f32,
+/// A sphere, and on which side of the clay it is.
+struct Ball {
+    tool_m: f32,
+    side: Side,
+    behind_m: f32,
+}
+
+impl Ball {
+    /// Keeps the chunks of a column that the sphere touches; says whether there are any.
+    fn find(
+        &self,
+        column: &mut Column,
+        radii_m: &[f32],
+        above_m: &[f32x8],
+        chunks: &mut Chunks,
+        tally: &mut Tally,
+    ) -> bool {
+        let &Self { tool_m, behind_m, .. } = self;
+        let Column { along_m, aside_m, .. } = *column;
+        // half the ray's length in the sphere, and whether it is there at all
+        let square = f32x8::splat(tool_m * tool_m - aside_m * aside_m);
+        let chord = move |above: f32x8| {
+            let squared = square - above * above;
+            (squared.fast_max(f32x8::ZERO).sqrt(), squared.simd_gt(f32x8::ZERO))
+        };
+        let along = f32x8::splat(along_m);
+        match self.side {
+            Side::Outside if along_m < tool_m => look(column, radii_m, above_m, chunks, tally, |radius, above| {
+                // the tool holds the axis, beyond which there is no clay of this ray
+                let (half_chord, within) = chord(above);
+                let there = within & (along + half_chord).simd_gt(f32x8::ZERO);
+                ((half_chord - (along - radius)).fast_min(radius) & there, half_chord)
+            }),
+            Side::Outside => look(column, radii_m, above_m, chunks, tally, |radius, above| {
+                let (half_chord, within) = chord(above);
+                ((half_chord - (along - radius)) & within, half_chord)
+            }),
+            Side::Inside => look(column, radii_m, above_m, chunks, tally, |radius, above| {
+                let (half_chord, within) = chord(above);
+                ((half_chord - (radius - behind_m - along)) & within, half_chord)
+            }),
+        }
+    }
+}
+
+/// Looks at a column: `meets` tells penetration and half chord of radii at heights above the tool.
+#[inline(always)]
+fn look(
+    column: &mut Column,
+    radii_m: &[f32],
+    above_m: &[f32x8],
+    chunks: &mut Chunks,
+    tally: &mut Tally,
+    meets: impl Fn(f32x8, f32x8) -> (f32x8, f32x8),
+) -> bool {
+    let found = |radius_m: f32x8, above_m: f32x8| {
+        let (penetration_m, half_chord_m) = meets(radius_m, above_m);
+        Chunk { penetration_m: penetration_m.fast_max(f32x8::ZERO), half_chord_m, radius_m }
+    };
+    let (whole, last) = radii_m.as_chunks::<LANES>();
+    let all = whole.iter().zip(above_m).map(|(lanes, &above)| found(f32x8::new(*lanes), above));
+    if column.chunks.len() <= whole.len() {
+        chunks.keep(column, all, tally)
+    } else {
+        let last = found(load(last), above_m[whole.len()]);
+        chunks.keep(column, all.chain([last]), tally)
+    }
 }
 
 /// Where the tool stands in the pot's cylindrical coordinates.
@@ -301,7 +485,7 @@ impl Reach {
     /// The window is empty when the tool stands at no finite distance: comparisons with NaN would let every element pass.
     fn of(surface: &Surface, centre: Vec3, radius: f32) -> Self {
         let shape = surface.shape();
-        let distance_m = libm::sqrtf(centre.x * centre.x + centre.y * centre.y);
+        let distance_m = root(centre.x * centre.x + centre.y * centre.y);
         let angle_rad = libm::atan2f(centre.y, centre.x);
         let first_row = libm::ceilf((centre.z - radius) / surface.row_height_m());
         let last_row = libm::floorf((centre.z + radius) / surface.row_height_m());
@@ -333,6 +517,14 @@ pub(super) fn load(values: &[f32]) -> f32x8 {
 pub(super) fn sum(lanes: f32x8) -> f32 {
     let [a, b, c, d, e, f, g, h] = lanes.to_array();
     ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+/// The square root of a number, for code among vectors.
+///
+/// The same as libm's, which is an instruction without vectors: where they are wider than 16 bytes, a processor stops for it.
+#[inline(always)]
+pub(super) fn root(square: f32) -> f32 {
+    f32x4::splat(square).sqrt().to_array()[0]
 }
 
 /// The same angle within half a turn of zero.

@@ -6,7 +6,7 @@
 use wide::f32x8;
 
 use super::Surface;
-use super::contact::sum;
+use super::contact::{root, sum};
 
 /// Sizes of an element.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ impl Step {
 /// An ellipse on the clay, along its arc and its height.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ellipse {
-    /// What is spread over it: of a contact its area, m², of a dent its volume, m³.
+    /// What is spread over it: of a contact its area, m², of a dent its volume, m³, negative when it goes towards the axis.
     pub(super) content: f32,
     /// Mean radius of the clay there, m.
     pub(super) radius_m: f32,
@@ -41,6 +41,8 @@ pub(super) struct Ellipse {
 }
 
 /// Sums over elements of a weight, and of it times place and square of the place.
+///
+/// Within a column the arc is the radius times one angle, which is brought in where the column ends.
 #[derive(Default)]
 pub(super) struct Moments {
     all: f32x8,
@@ -49,18 +51,31 @@ pub(super) struct Moments {
     above: f32x8,
     arc2: f32x8,
     above2: f32x8,
+    /// Of the column at hand: times radius and its square.
+    column_radius: f32x8,
+    column_radius2: f32x8,
 }
 
 impl Moments {
-    /// Adds elements of a weight at a place; `radius` comes into the mean alone.
-    pub(super) fn add(&mut self, weight: f32x8, radius: f32x8, arc: f32x8, above: f32x8) {
+    /// Adds elements of a column by weight, radius and height.
+    #[inline(always)]
+    pub(super) fn add(&mut self, weight: f32x8, radius: f32x8, above: f32x8) {
         self.all += weight;
-        self.radius += weight * radius;
-        let (by_arc, by_height) = (weight * arc, weight * above);
-        self.arc += by_arc;
+        let (by_radius, by_height) = (weight * radius, weight * above);
+        self.column_radius += by_radius;
+        self.column_radius2 += by_radius * radius;
         self.above += by_height;
-        self.arc2 += by_arc * arc;
         self.above2 += by_height * above;
+    }
+
+    /// Ends a column at an angle from the tool, rad.
+    #[inline(always)]
+    pub(super) fn end_column(&mut self, angle_rad: f32) {
+        let (radius, radius2) = (self.column_radius, self.column_radius2);
+        self.radius += radius;
+        self.arc += radius * angle_rad;
+        self.arc2 += radius2 * (angle_rad * angle_rad);
+        (self.column_radius, self.column_radius2) = (f32x8::ZERO, f32x8::ZERO);
     }
 
     /// The ellipse with these moments; `None` when nothing weighs.
@@ -68,15 +83,14 @@ impl Moments {
     /// `spread` is the square of the half axis over the variance: 4 for an even ellipse, 6 for a paraboloid.
     pub(super) fn ellipse(&self, spread: f32, step: &Step) -> Option<Ellipse> {
         let all = sum(self.all);
-        if all <= 0.0 {
+        if all == 0.0 {
             return None;
         }
         let [radius, arc, above, arc2, above2] =
             [self.radius, self.arc, self.above, self.arc2, self.above2].map(|lanes| sum(lanes) / all);
         // an element is as wide as it is, however few of them there are
-        let half = |second: f32, mean: f32, step: f32| {
-            libm::sqrtf(spread * ((second - mean * mean).max(0.0) + step * step / 6.0))
-        };
+        let half =
+            |second: f32, mean: f32, step: f32| root(spread * ((second - mean * mean).max(0.0) + step * step / 6.0));
         Some(Ellipse {
             content: all * step.element_rad_m,
             radius_m: radius,
@@ -91,6 +105,6 @@ impl Moments {
 impl Ellipse {
     /// Radius of the circle of the same area, m.
     pub(super) fn mean_half_m(&self) -> f32 {
-        libm::sqrtf(self.half_arc_m * self.half_height_m)
+        root(self.half_arc_m * self.half_height_m)
     }
 }

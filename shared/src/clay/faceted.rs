@@ -8,7 +8,7 @@ use alloc::sync::Arc;
 use glam::{Mat3, Vec3};
 use wide::f32x8;
 
-use super::contact::{Chunk, Contacts, LANES, load, nearest_turn};
+use super::contact::{Chunk, Column, Contacts, LANES, Tally, load, nearest_turn};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{ConvexTool, Pose, Section, Sections, Shape, Side, Sides, Tool};
@@ -89,16 +89,16 @@ impl Contacts {
         self.distance_m = libm::sqrtf(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
         self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
         self.fill_heights(surface, press.centre_m.z);
-        let mut deepest = f32x8::ZERO;
+        let mut tally = Tally::default();
         for section in sections.iter() {
             let axes = axes(&turn, surface.direction(section.column));
             let face = Face { section: &section, normals: tool.normals(), axes, outwards, behind_m };
-            self.gather_section(surface, press, &face, &mut deepest);
+            self.gather_section(surface, press, &face, &mut tally);
         }
-        self.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
+        self.take(&tally);
     }
 
-    fn gather_section(&mut self, surface: &Surface, press: &Press, face: &Face<'_>, deepest: &mut f32x8) {
+    fn gather_section(&mut self, surface: &Surface, press: &Press, face: &Face<'_>, tally: &mut Tally) {
         let Face { section, outwards, behind_m, .. } = *face;
         let column = section.column;
         let [cos, sin] = surface.direction(column);
@@ -108,37 +108,30 @@ impl Contacts {
         let (edges_m, facets) =
             if outwards > 0.0 { (section.near_m, section.facet) } else { (section.far_m, section.far_facet) };
         let (first, radii_m) = (section.first_row as usize, surface.column_m(column));
-        let end = first + edges_m.len();
-        for row in (first / LANES * LANES..end).step_by(LANES) {
-            let radius = match radii_m[row..].first_chunk::<LANES>() {
+        let begin = first / LANES * LANES;
+        let mut all_facing = core::mem::take(&mut self.facing);
+        let found = (begin..first + edges_m.len()).step_by(LANES).map(|row| {
+            let radius_m = match radii_m[row..].first_chunk::<LANES>() {
                 Some(lanes) => f32x8::new(*lanes),
                 None => load(&radii_m[row..]),
             };
             // beyond the tool no clay is touched
             let edge = lanes_of(edges_m, first, row, outwards * f32::INFINITY);
-            let penetration = (radius - behind_m - f32x8::new(edge)) * outwards;
-            let penetration = penetration.fast_max(f32x8::ZERO);
-            let met = penetration.simd_gt(f32x8::ZERO).to_bitmask().count_ones();
-            if met == 0 {
-                continue;
-            }
-            self.elements += met;
-            *deepest = deepest.fast_max(penetration);
-            self.facing.push(face.facing(lanes_of(facets, first, row, facets[0])));
-            self.chunks.push(Chunk {
-                column,
-                row: row as u32,
-                angle_rad,
-                cos,
-                sin,
-                along_m,
-                aside_m,
-                penetration_m: penetration,
-                half_chord_m: f32x8::ZERO,
-                radius_m: radius,
-                above_m: self.above_m[(row - self.window.first_row as usize) / LANES],
-            });
-        }
+            let penetration_m = ((radius_m - behind_m - f32x8::new(edge)) * outwards).fast_max(f32x8::ZERO);
+            let facing = if penetration_m.simd_gt(f32x8::ZERO).any() {
+                face.facing(lanes_of(facets, first, row, facets[0]))
+            } else {
+                [f32x8::ZERO; 3]
+            };
+            all_facing.push(facing);
+            Chunk { penetration_m, half_chord_m: f32x8::ZERO, radius_m }
+        });
+        let window = self.window;
+        let rows = begin as u32..(first + edges_m.len()) as u32;
+        let at = Column::new(column, window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
+        self.add_column(at, found, tally);
+        all_facing.truncate(self.found());
+        self.facing = all_facing;
     }
 }
 

@@ -7,7 +7,7 @@
 use glam::Vec3;
 use wide::f32x8;
 
-use super::contact::{Chunk, Contacts, LANES, sum, turned};
+use super::contact::{Chunk, Column, Contacts, LANES, sum, turned};
 use super::{Contact, Footprint, Method, Press, Surface};
 use crate::tool::Side;
 
@@ -59,33 +59,30 @@ pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footpr
         Side::Outside => -press.response,
         Side::Inside => press.response,
     };
-    for (number, chunk) in contacts.chunks.iter().enumerate() {
-        footprint.write(shape, chunk, chunk.penetration_m * response);
-        if let Some(facing) = contacts.facing.get(number) {
-            sums.add_facing(chunk, facing);
-            continue;
-        }
-        let touched = chunk.touched();
-        let (point, met_m) = match press.side {
-            Side::Outside => (
-                chunk.radius_m.simd_lt(f32x8::splat(contacts.distance_m)) & touched,
-                chunk.radius_m - chunk.penetration_m,
-            ),
-            Side::Inside => (
-                chunk.radius_m.simd_gt(f32x8::splat(contacts.distance_m)) & touched,
-                chunk.radius_m + chunk.penetration_m,
-            ),
-        };
-        let line = touched & !point;
-        let weight = chunk.penetration_m & point;
-        let outwards = f32x8::splat(chunk.along_m) - met_m;
-        sums.add(Kind::Point, chunk, weight * outwards, weight);
-        if line.any() {
-            sums.add(Kind::Line, chunk, f32x8::ZERO, f32x8::ONE & line);
-            let above = chunk.above_m & line;
-            let away = (above * above + chunk.aside_m * chunk.aside_m).sqrt();
-            let depth = (f32x8::splat(contacts.tool_m) - away) & line;
-            sums.line_deepest = depth.to_array().into_iter().fold(sums.line_deepest, f32::max);
+    for stretch in contacts.stretches() {
+        let column = stretch.column;
+        footprint.write(shape, &stretch, response);
+        for (number, (chunk, above)) in stretch.iter().enumerate() {
+            if let Some(facing) = stretch.facing.get(number) {
+                sums.add_facing(column, chunk, facing);
+                continue;
+            }
+            let touched = chunk.touched();
+            let distance = f32x8::splat(contacts.distance_m);
+            let (point, met_m) = match press.side {
+                Side::Outside => (chunk.radius_m.simd_lt(distance) & touched, chunk.radius_m - chunk.penetration_m),
+                Side::Inside => (chunk.radius_m.simd_gt(distance) & touched, chunk.radius_m + chunk.penetration_m),
+            };
+            let line = touched & !point;
+            let weight = chunk.penetration_m & point;
+            let outwards = f32x8::splat(column.along_m) - met_m;
+            sums.add(Kind::Point, column, above, weight * outwards, weight);
+            if line.any() {
+                sums.add(Kind::Line, column, above, f32x8::ZERO, f32x8::ONE & line);
+                let away = (above * above + column.aside_m * column.aside_m).sqrt();
+                let depth = (f32x8::splat(contacts.tool_m) - away) & line;
+                sums.line_deepest = depth.to_array().into_iter().fold(sums.line_deepest, f32::max);
+            }
         }
     }
     let contact = if contacts.elements == 0 { Contact::default() } else { sums.contact(surface, press, &contacts) };
@@ -110,28 +107,27 @@ struct Sums {
 
 impl Sums {
     /// Adds the ways from a chunk's elements to the tool's centre, weighted: `outwards` along the ray is weighted already.
-    fn add(&mut self, kind: Kind, chunk: &Chunk, outwards: f32x8, weight: f32x8) {
+    fn add(&mut self, kind: Kind, column: &Column, above: f32x8, outwards: f32x8, weight: f32x8) {
         let [x, y, z] = &mut self.directions[kind as usize];
-        let aside = weight * chunk.aside_m;
-        *x += outwards * chunk.cos - aside * chunk.sin;
-        *y += outwards * chunk.sin + aside * chunk.cos;
-        // where nothing is touched the height may be infinite
-        *z -= (weight * chunk.above_m) & weight.simd_gt(f32x8::ZERO);
+        let aside = weight * column.aside_m;
+        *x += outwards * column.cos - aside * column.sin;
+        *y += outwards * column.sin + aside * column.cos;
+        *z -= weight * above;
     }
 
     /// Adds the way that each facet faces, weighted by its depth.
-    fn add_facing(&mut self, chunk: &Chunk, facing: &[f32x8; 3]) {
+    fn add_facing(&mut self, column: &Column, chunk: &Chunk, facing: &[f32x8; 3]) {
         let [outwards, aside, up] = facing.map(|along| along * chunk.penetration_m);
         let [x, y, z] = &mut self.directions[Kind::Point as usize];
-        *x += outwards * chunk.cos - aside * chunk.sin;
-        *y += outwards * chunk.sin + aside * chunk.cos;
+        *x += outwards * column.cos - aside * column.sin;
+        *y += outwards * column.sin + aside * column.cos;
         *z += up;
     }
 
     fn contact(&self, surface: &Surface, press: &Press, contacts: &Contacts) -> Contact {
         let &Contacts { deepest_m, angle_rad, elements, tool_m, .. } = contacts;
         // what a facet faces is one long already
-        let size = if contacts.facing.is_empty() { tool_m } else { 1.0 };
+        let size = if contacts.is_faceted() { 1.0 } else { tool_m };
         let units = UNITS_PER_HEIGHT / surface.height_m();
         let [point, line] = self.directions.map(|axes| Vec3::from_array(axes.map(sum)));
         let point = point / size * (POINT_STIFFNESS * units / surface.shape().elements() as f32);

@@ -7,7 +7,7 @@ use glam::Vec3;
 use wide::f32x8;
 
 use super::bending::POISSON;
-use super::contact::{Chunk, Contacts, sum};
+use super::contact::{Chunk, Column, Contacts, Stretch, root, sum};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::rim::Rim;
 use super::series::{Asked, GivenWay};
@@ -134,7 +134,7 @@ impl PlasticCsem {
         let step = Step::of(surface);
         // the two faces part here and at what yields, so that the rim is laid in one place
         let contacts = &mut scratch.contacts;
-        let round = contacts.facing.is_empty().then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
+        let round = (!contacts.is_faceted()).then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
         let (load_m2, met) = match &round {
             Some(round) => self.bend_and_meet(surface, press, &step, round, contacts),
             None => self.bend_and_meet(surface, press, &step, &Faceted, contacts),
@@ -148,15 +148,17 @@ impl PlasticCsem {
             Some(round) => yields(press, &spot, contacts, round, &mut scratch.pushes),
             None => yields(press, &spot, contacts, &Faceted, &mut scratch.pushes),
         };
-        let outwards = outwards(press.side);
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let share = self.rim_share(strain);
             let share = share + (1.0 - share) * self.law.slide_share * slide.share;
-            let volume_m3 = outwards * share * dent.content;
+            let volume_m3 = -share * dent.content;
             let rim = Rim { dent: &dent, volume_m3, slide, tool_z_m: press.centre_m.z };
-            rim.lay(surface, contacts, &self.law, &mut scratch.rows, footprint);
-            for (chunk, push) in contacts.chunks.iter().zip(&scratch.pushes) {
-                footprint.press_in(surface.shape(), chunk, push.depth_m * -outwards, push.rising);
+            rim.lay(surface, contacts, &self.law, &mut scratch.rim, footprint);
+            let mut pushes = scratch.pushes.as_slice();
+            for stretch in contacts.stretches() {
+                let (of_column, rest) = pushes.split_at(stretch.chunks.len());
+                footprint.press_in(surface.shape(), stretch.column, of_column);
+                pushes = rest;
             }
         }
         Contact {
@@ -186,7 +188,7 @@ impl PlasticCsem {
         contacts: &mut Contacts,
     ) -> (f32, Option<Met>) {
         let load_m2 = self.bend(surface, press, step, face, contacts);
-        (load_m2, self.meet(surface, press, step, face, contacts, |chunk| chunk.penetration_m))
+        (load_m2, self.meet(surface, press, step, face, contacts, |_, chunk, _| chunk.penetration_m))
     }
 
     /// What the clay opposes to penetrations; `None` where none is left.
@@ -197,7 +199,7 @@ impl PlasticCsem {
         step: &Step,
         face: &impl Face,
         contacts: &Contacts,
-        penetration_m: impl Fn(&Chunk) -> f32x8,
+        penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
     ) -> Option<Met> {
         let (ellipse, slope) = contact_ellipse(contacts, step, face, penetration_m)?;
         let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
@@ -224,8 +226,9 @@ impl PlasticCsem {
     fn bend(&self, surface: &Surface, press: &Press, step: &Step, face: &impl Face, contacts: &mut Contacts) -> f32 {
         let Some(bending) = surface.bending() else { return 0.0 };
         let way = GivenWay::settled(contacts, |contacts, way| {
-            let met = self.meet(surface, press, step, face, contacts, |chunk| way.rest(chunk))?;
-            let carried = radial(press, &met.spot, contacts, face, |chunk| way.rest(chunk));
+            let rest = |column: &Column, chunk: &Chunk, above| way.rest(column, chunk, above);
+            let met = self.meet(surface, press, step, face, contacts, rest)?;
+            let carried = radial(press, &met.spot, contacts, face, rest);
             let force_n = carried * (met.pressure_pa * step.element_rad_m);
             let ellipse = &met.spot.ellipse;
             let patch_m = ellipse.mean_half_m();
@@ -309,8 +312,8 @@ struct Lean {
 
 /// The side that a tool turns to the clay.
 trait Face {
-    /// How it leans in a chunk, whose elements are `above` its middle.
-    fn lean(&self, contacts: &Contacts, number: usize, chunk: &Chunk, above: f32x8) -> Lean;
+    /// How it leans in a chunk of a column, given by its number, whose elements are `above` its middle.
+    fn lean(&self, stretch: &Stretch<'_>, number: usize, chunk: &Chunk, above: f32x8) -> Lean;
 }
 
 /// A sphere, in its own lengths.
@@ -320,9 +323,9 @@ struct Round {
 
 impl Face for Round {
     #[inline(always)]
-    fn lean(&self, _: &Contacts, _: usize, chunk: &Chunk, above: f32x8) -> Lean {
+    fn lean(&self, stretch: &Stretch<'_>, _: usize, chunk: &Chunk, above: f32x8) -> Lean {
         let ahead = chunk.half_chord_m.fast_max(f32x8::splat(self.steepest_m));
-        Lean { aside: f32x8::splat(chunk.aside_m), up: above, ahead }
+        Lean { aside: f32x8::splat(stretch.column.aside_m), up: above, ahead }
     }
 }
 
@@ -331,8 +334,8 @@ struct Faceted;
 
 impl Face for Faceted {
     #[inline(always)]
-    fn lean(&self, contacts: &Contacts, number: usize, _: &Chunk, _: f32x8) -> Lean {
-        let [ahead, aside, up] = contacts.facing[number];
+    fn lean(&self, stretch: &Stretch<'_>, number: usize, _: &Chunk, _: f32x8) -> Lean {
+        let [ahead, aside, up] = stretch.facing[number];
         Lean { aside, up: -up, ahead: ahead.abs().fast_max(f32x8::splat(STEEPEST)) }
     }
 }
@@ -342,20 +345,21 @@ fn contact_ellipse(
     contacts: &Contacts,
     step: &Step,
     face: &impl Face,
-    penetration_m: impl Fn(&Chunk) -> f32x8,
+    penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
 ) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::default();
     let mut slopes = f32x8::ZERO;
-    for (number, chunk) in contacts.chunks.iter().enumerate() {
-        let touched = penetration_m(chunk).simd_gt(f32x8::ZERO);
-        let weight = chunk.radius_m & touched;
-        let above = chunk.above_m & touched;
-        let Lean { aside, up, ahead } = face.lean(contacts, number, chunk, above);
-        slopes += weight * (up * up + aside * aside) / (ahead * ahead);
-        moments.add(weight, chunk.radius_m, chunk.radius_m * chunk.angle_rad, above);
+    for stretch in contacts.stretches() {
+        for (number, (chunk, above)) in stretch.iter().enumerate() {
+            let weight = chunk.radius_m & penetration_m(stretch.column, chunk, above).simd_gt(f32x8::ZERO);
+            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
+            slopes += weight * (up * up + aside * aside) / (ahead * ahead);
+            moments.add(weight, chunk.radius_m, above);
+        }
+        moments.end_column(stretch.column.angle_rad);
     }
     let ellipse = moments.ellipse(4.0, step)?;
-    let slope = libm::sqrtf(2.0 * sum(slopes) * step.element_rad_m / ellipse.content);
+    let slope = root(2.0 * sum(slopes) * step.element_rad_m / ellipse.content);
     Some((ellipse, slope))
 }
 
@@ -397,24 +401,58 @@ impl Spot {
         1.0 - 0.5 * near - 0.25 * edge
     }
 
-    /// Elastic depth at a place, and what it would be if all of the contact gave way as its middle does, m.
-    pub(super) fn elastic_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
+    /// The elastic depth, made ready for many places.
+    pub(super) fn bed(&self) -> Bed {
         let ellipse = &self.ellipse;
-        let (arc, above) = (arc - ellipse.arc_m, above - ellipse.above_m);
-        let (across, up) = (arc * (1.0 / ellipse.half_arc_m), above * (1.0 / ellipse.half_height_m));
-        let q2 = (across * across + up * up).fast_min(f32x8::ONE);
-        let [near, edge] = self.bowl;
-        let shape = f32x8::ONE - q2 * (q2 * q2 * edge + near);
-        let middle = f32x8::splat(self.elastic_m);
-        if self.slide.share == 0.0 {
-            return (shape * middle, middle);
-        }
         let Slide { along, up, share } = self.slide;
-        let half_m = libm::hypotf(up * ellipse.half_arc_m, along * ellipse.half_height_m);
-        let aside = (above * along - arc * up) * (1.0 / half_m);
-        let left = (aside * aside).fast_min(f32x8::ONE) * share + (1.0 - share);
-        let middle = left.fast_max(f32x8::splat(Self::LEFT)) * middle;
-        (shape * middle, middle)
+        let [near, edge] = self.bowl;
+        let half_m = libm::hypotf(up * ellipse.half_arc_m, along * ellipse.half_height_m).max(f32::MIN_POSITIVE);
+        Bed {
+            across_per_m: 1.0 / ellipse.half_arc_m,
+            across: ellipse.arc_m / ellipse.half_arc_m,
+            up_per_m: 1.0 / ellipse.half_height_m,
+            up: ellipse.above_m / ellipse.half_height_m,
+            near,
+            edge,
+            middle_m: self.elastic_m,
+            slides: share > 0.0,
+            sliding: share * self.elastic_m,
+            aside: [along * ellipse.half_height_m / half_m, up * ellipse.half_arc_m / half_m],
+        }
+    }
+}
+
+/// Elastic depths over a contact: see [`Spot`].
+#[derive(Clone, Copy)]
+pub(super) struct Bed {
+    /// From a place to half axes from the middle: `across_per_m·arc − across`, and the same up.
+    across_per_m: f32,
+    across: f32,
+    up_per_m: f32,
+    up: f32,
+    near: f32,
+    edge: f32,
+    middle_m: f32,
+    /// Whether the tool slides, and the part of the depth, m, that then goes with the square of the distance aside: `aside[0]`
+    /// times half axes up less `aside[1]` times half axes across.
+    slides: bool,
+    sliding: f32,
+    aside: [f32; 2],
+}
+
+impl Bed {
+    /// Elastic depth at a place, m, and its share of what it would be if all of the contact gave way as its middle does.
+    #[inline(always)]
+    pub(super) fn depth_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
+        let (across, up) = (arc * self.across_per_m - self.across, above * self.up_per_m - self.up);
+        let q2 = (across * across + up * up).fast_min(f32x8::ONE);
+        let shape = f32x8::ONE - q2 * (q2 * q2 * self.edge + self.near);
+        if !self.slides {
+            return (shape * self.middle_m, shape);
+        }
+        let aside = up * self.aside[0] - across * self.aside[1];
+        let left = (aside * aside).fast_min(f32x8::ONE) * self.sliding + (self.middle_m - self.sliding);
+        (shape * left.fast_max(f32x8::splat(Spot::LEFT * self.middle_m)), shape)
     }
 }
 
@@ -423,7 +461,7 @@ struct Carried {
     /// Sums over the elements of share·area and of share·area·normal, over the area of an element at radius 1.
     all: f32,
     normals: Vec3,
-    /// Of the volume that yields.
+    /// Of the volume that yields, negative where it goes towards the axis.
     dent: Moments,
 }
 
@@ -437,26 +475,38 @@ fn yields(
 ) -> Carried {
     let mut dent = Moments::default();
     let [mut x, mut y, mut z, mut all] = [f32x8::ZERO; 4];
+    let bed = spot.bed();
     let outwards = outwards(press.side);
+    let response = -outwards * press.response;
     pushes.clear();
-    for (number, chunk) in contacts.chunks.iter().enumerate() {
-        let above = chunk.above_m & chunk.touched();
-        let Lean { aside, up, ahead } = face.lean(contacts, number, chunk, above);
-        let arc = chunk.radius_m * chunk.angle_rad;
-        let (elastic, middle) = spot.elastic_m(arc, above);
-        let depth = chunk.penetration_m;
-        let push = (depth - elastic).fast_max(f32x8::ZERO) * press.response;
-        // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
-        let met_m = chunk.radius_m - depth * outwards;
-        let carried = (depth / middle).fast_min(f32x8::ONE) * met_m;
-        all += carried;
-        let slope = carried / ahead;
-        let (radial, aside) = (carried * outwards, slope * aside);
-        x += radial * chunk.cos - aside * chunk.sin;
-        y += radial * chunk.sin + aside * chunk.cos;
-        z -= slope * up;
-        dent.add(push * chunk.radius_m, chunk.radius_m, arc, above);
-        pushes.push(Push { depth_m: push, rising: (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) });
+    for stretch in contacts.stretches() {
+        let &Column { angle_rad, cos, sin, .. } = stretch.column;
+        let begin = pushes.len();
+        // three short loops: the figures of one long one would not fit into the registers of a small processor
+        pushes.extend(stretch.iter().map(|(chunk, above)| {
+            let Chunk { penetration_m: depth, radius_m: radius, .. } = *chunk;
+            let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
+            let part = depth / elastic;
+            // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
+            let carried = (part * shape).fast_min(f32x8::ONE) * (radius - depth * outwards);
+            let rising = (f32x8::ONE - part).fast_max(f32x8::ZERO);
+            Push { delta_m: (depth - elastic).fast_max(f32x8::ZERO) * response, rising, carried }
+        }));
+        let [mut ahead_sum, mut aside_sum] = [f32x8::ZERO; 2];
+        for (number, ((chunk, above), push)) in stretch.iter().zip(&pushes[begin..]).enumerate() {
+            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
+            let slope = push.carried / ahead;
+            ahead_sum += push.carried;
+            aside_sum += slope * aside;
+            z -= slope * up;
+        }
+        for ((chunk, above), push) in stretch.iter().zip(&pushes[begin..]) {
+            dent.add(push.delta_m * chunk.radius_m, chunk.radius_m, above);
+        }
+        dent.end_column(angle_rad);
+        all += ahead_sum;
+        x += ahead_sum * (outwards * cos) - aside_sum * sin;
+        y += ahead_sum * (outwards * sin) + aside_sum * cos;
     }
     Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
 }
@@ -467,19 +517,25 @@ fn radial(
     spot: &Spot,
     contacts: &Contacts,
     face: &impl Face,
-    penetration_m: impl Fn(&Chunk) -> f32x8,
+    penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
 ) -> f32 {
     let [mut x, mut y] = [f32x8::ZERO; 2];
+    let bed = spot.bed();
     let outwards = outwards(press.side);
-    for (number, chunk) in contacts.chunks.iter().enumerate() {
-        let depth = penetration_m(chunk);
-        let above = chunk.above_m & depth.simd_gt(f32x8::ZERO);
-        let Lean { aside, ahead, .. } = face.lean(contacts, number, chunk, above);
-        let (_, middle) = spot.elastic_m(chunk.radius_m * chunk.angle_rad, above);
-        let carried = (depth / middle).fast_min(f32x8::ONE) * (chunk.radius_m - depth * outwards);
-        let aside = carried / ahead * (aside * outwards);
-        x += carried * chunk.cos - aside * chunk.sin;
-        y += carried * chunk.sin + aside * chunk.cos;
+    for stretch in contacts.stretches() {
+        let &Column { angle_rad, cos, sin, .. } = stretch.column;
+        let [mut ahead_sum, mut aside_sum] = [f32x8::ZERO; 2];
+        for (number, (chunk, above)) in stretch.iter().enumerate() {
+            let depth = penetration_m(stretch.column, chunk, above);
+            let Lean { aside, ahead, .. } = face.lean(&stretch, number, chunk, above);
+            let (elastic, shape) = bed.depth_m(chunk.radius_m * angle_rad, above);
+            let carried = (depth / elastic * shape).fast_min(f32x8::ONE) * (chunk.radius_m - depth * outwards);
+            ahead_sum += carried;
+            aside_sum += carried / ahead * aside;
+        }
+        let aside = aside_sum * outwards;
+        x += ahead_sum * cos - aside * sin;
+        y += ahead_sum * sin + aside * cos;
     }
     let (sin, cos) = libm::sincosf(contacts.angle_rad);
     sum(x) * cos + sum(y) * sin

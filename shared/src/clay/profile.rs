@@ -260,6 +260,7 @@ impl Profile {
         let mut sums = [f32x8::ZERO; 6];
         let [mut radial, mut along, mut up, mut deepest] = [f32x8::ZERO; 4];
         let steepest = f32x8::splat(STEEPEST * pass.radius_m);
+        let bed = spot.bed();
         for Rows { at, above_m, chord_m2 } in rows {
             let (before, behind) = (eight(&self.before_rad, at), eight(&self.behind_rad, at));
             let touched = before.simd_gt(f32x8::ZERO);
@@ -278,9 +279,9 @@ impl Profile {
                 let chord = (chord_m2 - aside * aside).fast_max(f32x8::ZERO).sqrt();
                 let depth = (radius - (cosine(angle) * pass.distance_m - chord)).fast_max(f32x8::ZERO) & touched;
                 let arc = radius * angle;
-                let (elastic, middle) = spot.elastic_m(arc, above);
+                let (elastic, shape) = bed.depth_m(arc, above);
                 let push = (depth - elastic).fast_max(f32x8::ZERO) * share;
-                let carried = (depth / middle).fast_min(f32x8::ONE) * (radius - depth) * width;
+                let carried = (depth / elastic * shape).fast_min(f32x8::ONE) * (radius - depth) * width;
                 let slope = carried / chord.fast_max(steepest);
                 radial += carried - slope * aside * sin;
                 along -= carried * sin + slope * aside;
@@ -319,6 +320,7 @@ impl Profile {
         let law = &law.law;
         let scale = rising * dent.content / (PI * dent.half_height_m * area(law));
         let (end, narrow) = (f32x8::splat(law.rim_end), 1.0 / law.rim_width);
+        let bed = spot.bed();
         for Rows { at, above_m, chord_m2 } in rows {
             let high = (above_m - dent.above_m) * (1.0 / dent.half_height_m);
             let high2 = high * high;
@@ -354,7 +356,7 @@ impl Profile {
                         let across = inner + (edge - inner) * place;
                         let arc = across * (sign * dent.half_arc_m) + dent.arc_m;
                         let depth = pass.depth_m(radius, arc / radius, chord_m2);
-                        let (elastic, _) = spot.elastic_m(arc, above_m);
+                        let (elastic, _) = bed.depth_m(arc, above_m);
                         under += crest(across, sign) * (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) * share;
                     }
                 }

@@ -3,14 +3,16 @@
 //! Owns the footprint of a press of the studio's own method; what yields is told by `plastic`.
 //! Invariant: no element that the tool touches rises.
 
-use core::f32::consts::{PI, TAU};
+use core::f32::consts::PI;
+
+use alloc::vec::Vec;
 
 use wide::f32x8;
 
-use super::contact::{Contacts, LANES};
+use super::contact::{Contacts, LANES, nearest_turn, root};
 use super::ellipse::{Ellipse, Step};
 use super::plastic::{PlasticLaw, Slide};
-use super::{Footprint, Surface, Window};
+use super::{Footprint, GridShape, Surface, Window};
 
 /// A rim about an ellipse.
 ///
@@ -31,89 +33,180 @@ impl Rim<'_> {
     /// Where the rim begins, in q²: it rises from here to q² = 1, so that no element is raised or not by a hair.
     pub(super) const BEGIN: f32 = 0.75;
 
-    /// Lays the footprint over rim and contact, and fills it with the rim; what the tool touches stays zero.
+    /// Lays the footprint over rim and contact, and fills it with the rim.
     pub(super) fn lay(
         &self,
         surface: &Surface,
         contacts: &Contacts,
         law: &PlasticLaw,
-        rows: &mut alloc::vec::Vec<f32x8>,
+        RimScratch { rows, bands }: &mut RimScratch,
         footprint: &mut Footprint,
     ) {
-        let step = Step::of(surface);
-        let dent = self.dent;
-        let dent_rad = dent.arc_m / dent.radius_m;
-        let (centre_rad, centre_z) = (contacts.angle_rad + dent_rad, self.tool_z_m + dent.above_m);
-        let window = self.window(surface, contacts, law, centre_rad, centre_z);
+        let (step, dent, shape) = (Step::of(surface), self.dent, surface.shape());
+        let centre_rad = contacts.angle_rad + dent.arc_m / dent.radius_m;
+        let centre_z = self.tool_z_m + dent.above_m;
+        let middle = libm::roundf(centre_rad / step.column_rad);
+        let window = self.window(surface, contacts, law, middle as i64, centre_z);
         footprint.reset(window);
-        rows.clear();
-        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        let (per_row, first) = (step.row_m / dent.half_height_m, centre_z / dent.half_height_m);
-        for row in (window.first_row..window.end_row()).step_by(LANES) {
-            rows.push((lanes + row as f32) * per_row - first);
-        }
         let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * area(law));
-        for (local, column) in window.grid_columns(surface.shape()).enumerate() {
-            let away_rad = column as f32 * step.column_rad - centre_rad;
-            // the short way round
-            let arc = (away_rad - TAU * libm::roundf(away_rad / TAU)) * dent.radius_m / dent.half_arc_m;
-            let rest = law.rim_end - arc * arc;
-            if rest <= 0.0 {
-                continue;
-            }
-            let reach_m = libm::sqrtf(rest) * dent.half_height_m;
-            let chunk = |z_m: f32| ((z_m / step.row_m) as u32).saturating_sub(window.first_row) as usize / LANES;
-            let (from, to) = (chunk(centre_z - reach_m), (chunk(centre_z + reach_m) + 1).min(rows.len()));
-            let column = &mut footprint.column_mut(local as u32)[from * LANES..];
-            self.raise(crest_m, arc, law, &rows[from..to], column);
+        if crest_m == 0.0 {
+            return;
+        }
+        self.fill_rows(surface, window, centre_z, rows);
+        let kernel = Kernel::new(law, crest_m);
+        // where each column is raised is found before any is, so that none waits for it
+        bands.clear();
+        let half_columns = (window.columns / 2) as i32;
+        let off_rad = centre_rad - middle * step.column_rad;
+        let arc_per_rad = dent.radius_m / dent.half_arc_m;
+        let (half_height_m, rows_per_m) = (dent.half_height_m, 1.0 / step.row_m);
+        let chunk = |z_m: f32| ((z_m * rows_per_m) as u32).saturating_sub(window.first_row) as usize / LANES;
+        for (local, column) in window.grid_columns(shape).enumerate() {
+            let away_rad = if window.columns == shape.columns() {
+                nearest_turn(column as f32 * step.column_rad - centre_rad)
+            } else {
+                (local as i32 - half_columns) as f32 * step.column_rad - off_rad
+            };
+            let arc = away_rad * arc_per_rad;
+            let arc2 = arc * arc;
+            let outer_m = root((law.rim_end - arc2).max(0.0)) * half_height_m;
+            let inner_m = root((Self::BEGIN - arc2).max(0.0)) * half_height_m;
+            let (from, to) = (chunk(centre_z - outer_m), (chunk(centre_z + outer_m) + 1).min(rows.len()));
+            let to = if arc2 < law.rim_end { to } else { from };
+            let under = (chunk(centre_z - inner_m) + 1).clamp(from, to);
+            let above = chunk(centre_z + inner_m).clamp(under, to);
+            bands.push(Band { arc, from, under, above, to });
+        }
+        for (local, band) in bands.iter().enumerate() {
+            let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
+            kernel.raise(&self.slide, rows, band, column);
         }
     }
 
+    /// Where the rows of a window stand in the rim.
+    fn fill_rows(&self, surface: &Surface, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
+        let half_m = self.dent.half_height_m;
+        let (per_row, first) = (surface.row_height_m() / half_m, centre_z / half_m);
+        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        rows.clear();
+        rows.extend((window.first_row..window.end_row()).step_by(LANES).map(|row| {
+            let up = (lanes + row as f32) * per_row - first;
+            RimRow { up2: up * up, ahead: up * self.slide.up }
+        }));
+    }
+
     /// Every element within the rim's outer end or in the contact.
-    fn window(
-        &self,
-        surface: &Surface,
-        contacts: &Contacts,
-        law: &PlasticLaw,
-        centre_rad: f32,
-        centre_z: f32,
-    ) -> Window {
+    fn window(&self, surface: &Surface, contacts: &Contacts, law: &PlasticLaw, middle: i64, centre_z: f32) -> Window {
         let (step, dent) = (Step::of(surface), self.dent);
-        let end = libm::sqrtf(law.rim_end);
+        let end = root(law.rim_end);
         let reach_m = end * dent.half_height_m;
         let row = |z_m: f32| libm::floorf(z_m / step.row_m) as i64;
         let (mut first_row, mut last_row) = (row(centre_z - reach_m), row(centre_z + reach_m) + 1);
         let mut reach_rad = end * dent.half_arc_m / dent.radius_m;
-        for chunk in &contacts.chunks {
-            first_row = first_row.min(i64::from(chunk.row));
-            last_row = last_row.max(i64::from(chunk.row) + LANES as i64 - 1);
-            reach_rad = reach_rad.max((chunk.angle_rad - dent.arc_m / dent.radius_m).abs());
+        for column in contacts.columns() {
+            first_row = first_row.min(i64::from(column.first_row));
+            last_row = last_row.max(i64::from(column.end_row()) - 1);
+            reach_rad = reach_rad.max((column.angle_rad - dent.arc_m / dent.radius_m).abs());
         }
-        let column = libm::roundf(centre_rad / step.column_rad) as i64;
-        let half_columns = libm::ceilf(reach_rad / step.column_rad) as u32 + 1;
-        Window::around(surface.shape(), column, half_columns, first_row, last_row)
+        // the middle stands within half a column of its own
+        let half_columns = (reach_rad / step.column_rad + 0.501) as u32;
+        Window::around(surface.shape(), middle, half_columns, first_row, last_row)
             .aligned(surface.shape(), LANES as u32)
     }
+}
 
-    /// Adds one column of the rim, `arc` half axes aside of its middle, at `rows` half axes above it.
-    fn raise(&self, crest_m: f32, arc: f32, law: &PlasticLaw, rows: &[f32x8], column: &mut [f32]) {
-        let end = f32x8::splat(law.rim_end);
-        let narrow = 1.0 / law.rim_width;
-        let Slide { along, up, .. } = self.slide;
-        let raised = |row: f32x8| {
-            let q2 = row * row + arc * arc;
-            let beyond = (q2 - 1.0) * narrow;
-            let within = ((q2 - Self::BEGIN) * (1.0 / (1.0 - Self::BEGIN))).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
-            let ahead = (row * up + (1.0 + along * arc)).fast_max(f32x8::ZERO).fast_min(f32x8::splat(2.0));
-            (end - q2).fast_max(f32x8::ZERO) * within * ahead * crest_m / (beyond * beyond + 1.0)
+/// What a rim needs between its passes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RimScratch {
+    rows: Vec<RimRow>,
+    bands: Vec<Band>,
+}
+
+impl RimScratch {
+    /// Room for any rim on `shape`.
+    pub(super) fn with_room(shape: GridShape) -> Self {
+        Self {
+            rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
+            bands: Vec::with_capacity(shape.columns() as usize),
+        }
+    }
+}
+
+/// The chunks of a column that rise, those between `under` and `above` excepted, where the rim has not begun.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    /// Half axes aside of the rim's middle.
+    arc: f32,
+    from: usize,
+    under: usize,
+    above: usize,
+    to: usize,
+}
+
+/// Eight rows of a rim: the square of their height over the half axis, and that height times the slide upwards.
+#[derive(Clone, Copy, Debug)]
+struct RimRow {
+    up2: f32x8,
+    ahead: f32x8,
+}
+
+/// κ as `(Q − q²)/((a·q² + b)·q² + c)`, with the height of the crest in a, b and c.
+struct Kernel {
+    end: f32,
+    square: f32,
+    linear: f32,
+    constant: f32,
+}
+
+impl Kernel {
+    fn new(law: &PlasticLaw, crest_m: f32) -> Self {
+        let narrow2 = 1.0 / (law.rim_width * law.rim_width * crest_m);
+        Self { end: law.rim_end, square: narrow2, linear: -2.0 * narrow2, constant: narrow2 + 1.0 / crest_m }
+    }
+
+    /// Writes the band of a column that begins with it.
+    fn raise(&self, slide: &Slide, rows: &[RimRow], band: &Band, column: &mut [f32]) {
+        let &Band { arc, from, under, above, to } = band;
+        let arc2 = arc * arc;
+        let plain = |row: &RimRow| self.raised(row.up2 + arc2);
+        let inner = |row: &RimRow| {
+            let within = ((row.up2 + (arc2 - Rim::BEGIN)) * (1.0 / (1.0 - Rim::BEGIN))).fast_max(f32x8::ZERO);
+            plain(row) * within.fast_min(f32x8::ONE)
         };
-        let (column, last) = column.as_chunks_mut::<LANES>();
-        for (lanes, &row) in column.iter_mut().zip(rows) {
-            *lanes = raised(row).to_array();
+        let along = 1.0 + slide.along * arc;
+        let ahead = |row: &RimRow| (row.ahead + along).fast_max(f32x8::ZERO).fast_min(f32x8::splat(2.0));
+        if arc2 >= 1.0 {
+            return if slide.share > 0.0 {
+                fill(&rows[from..to], column, |row| plain(row) * ahead(row))
+            } else {
+                fill(&rows[from..to], column, plain)
+            };
         }
-        if let Some(&row) = rows.get(column.len()) {
-            last.copy_from_slice(&raised(row).to_array()[..last.len()]);
+        for (begin, end) in [(from, under), (above, to)] {
+            // the grid may end within the last chunk
+            let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
+            if slide.share > 0.0 {
+                fill(&rows[begin..end], column, |row| inner(row) * ahead(row));
+            } else {
+                fill(&rows[begin..end], column, inner);
+            }
         }
+    }
+
+    #[inline(always)]
+    fn raised(&self, q2: f32x8) -> f32x8 {
+        (f32x8::splat(self.end) - q2).fast_max(f32x8::ZERO) / ((q2 * self.square + self.linear) * q2 + self.constant)
+    }
+}
+
+#[inline(always)]
+fn fill(rows: &[RimRow], column: &mut [f32], raised: impl Fn(&RimRow) -> f32x8) {
+    let (column, last) = column.as_chunks_mut::<LANES>();
+    for (lanes, row) in column.iter_mut().zip(rows) {
+        *lanes = raised(row).to_array();
+    }
+    if let Some(row) = rows.get(column.len()) {
+        last.copy_from_slice(&raised(row).to_array()[..last.len()]);
     }
 }
 

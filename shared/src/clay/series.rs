@@ -6,7 +6,7 @@
 
 use wide::f32x8;
 
-use super::contact::{Chunk, Contacts};
+use super::contact::{Chunk, Column, Contacts};
 
 /// Looks at the contact, at most.
 pub(super) const LOOKS_MAX: u32 = 8;
@@ -48,22 +48,10 @@ impl Asked {
 
 impl GivenWay {
     /// What is left of a chunk's penetration, m.
-    pub(super) fn rest(&self, chunk: &Chunk) -> f32x8 {
-        let touched = chunk.touched();
-        let (arc, above) = (chunk.radius_m * chunk.angle_rad, chunk.above_m & touched);
+    pub(super) fn rest(&self, column: &Column, chunk: &Chunk, above: f32x8) -> f32x8 {
+        let arc = chunk.radius_m * column.angle_rad;
         let given = f32x8::splat(self.depth_m) - (arc * arc + above * above) * self.bow_per_m;
-        (chunk.penetration_m - given.fast_max(f32x8::ZERO)).fast_max(f32x8::ZERO) & touched
-    }
-
-    fn apply(&self, contacts: &mut Contacts) {
-        (contacts.elements, contacts.deepest_m) = (0, 0.0);
-        let mut deepest = f32x8::ZERO;
-        for chunk in &mut contacts.chunks {
-            chunk.penetration_m = self.rest(chunk);
-            deepest = deepest.fast_max(chunk.penetration_m);
-            contacts.elements += chunk.touched().to_bitmask().count_ones();
-        }
-        contacts.deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
+        (chunk.penetration_m - given.fast_max(f32x8::ZERO)).fast_max(f32x8::ZERO)
     }
 
     /// Where wall and contact agree: the root of `g(w) = w^¾ − (C·F(p − w)/E)^¾`, with the penetration p and the radial force F,
@@ -99,7 +87,7 @@ impl GivenWay {
                 }
                 (low, stayed) = (end, Some(Stayed::High));
                 // the wall gives way more than this
-                contacts.keep(|chunk| way.rest(chunk).simd_gt(f32x8::ZERO).any());
+                contacts.keep(|column, chunk, above| way.rest(column, chunk, above).simd_gt(f32x8::ZERO).any());
             } else {
                 if stayed == Some(Stayed::Low) {
                     low.excess *= end.nearer(&high);
@@ -109,7 +97,7 @@ impl GivenWay {
             depth_m = low.root_m(&high);
         }
         let way = asks.given(depth_m);
-        way.apply(contacts);
+        contacts.replace(|column, chunk, above| way.rest(column, chunk, above));
         way
     }
 }

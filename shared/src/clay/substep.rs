@@ -268,6 +268,8 @@ impl SubStep {
                     *delta = core::mem::take(inward) + core::mem::take(outward);
                 }
             }
+            // an element of two windows is moved with the first of them
+            footprint.widen();
             surface.displace(footprint);
         }
     }

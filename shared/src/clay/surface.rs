@@ -188,15 +188,13 @@ impl Surface {
         let (low, high) = (f32x8::splat(self.radius_min_m), f32x8::splat(self.radius_max_m));
         let mut widest = f32x8::ZERO;
         for (local, column) in window.grid_columns(self.shape).enumerate() {
-            let start = column as usize * rows as usize + window.first_row as usize;
-            let deltas_m = footprint.column(local as u32);
+            let (span, deltas_m) = footprint.span(local);
+            let start = column as usize * rows as usize + window.first_row as usize + span.start;
             let radii_m = &mut self.radii_m[start..][..deltas_m.len()];
             let mut move_eight = |radii: [f32; LANES], deltas: [f32; LANES]| {
                 let (radius, delta) = (f32x8::new(radii), f32x8::new(deltas));
-                let moved = radius + delta;
-                let within = moved.fast_max(low).fast_min(high);
-                // what is not a number is equal to nothing
-                let kept = moved.simd_eq(moved).bitselect(within, radius);
+                // what is not a number is equal to nothing, and moves nothing
+                let kept = (radius + (delta & delta.simd_eq(delta))).fast_max(low).fast_min(high);
                 widest = widest.fast_max(kept);
                 kept.to_array()
             };

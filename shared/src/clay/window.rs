@@ -5,12 +5,14 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use wide::f32x8;
 
 use super::GridShape;
-use super::contact::{Chunk, Contacts, LANES, load};
+use super::contact::{Chunk, Column, Contacts, LANES, Stretch, load};
 use super::faceted::Cutter;
+use super::rim::RimScratch;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,13 +92,17 @@ impl Window {
 
     /// The grid's columns that the window covers, in order round the pot.
     pub fn grid_columns(self, shape: GridShape) -> impl Iterator<Item = u32> + Clone {
-        (0..self.columns).map(move |local| shape.wrap(i64::from(self.first_column) + i64::from(local)))
+        (0..self.columns).map(move |local| {
+            let column = self.first_column + local;
+            if column < shape.columns() { column } else { column - shape.columns() }
+        })
     }
 
     /// The window's own number of a grid column, when the window covers it.
     #[must_use]
     pub fn local_column(self, shape: GridShape, column: u32) -> Option<u32> {
-        let local = shape.wrap(i64::from(column) - i64::from(self.first_column));
+        let ring = if column < self.first_column { shape.columns() } else { 0 };
+        let local = column + ring - self.first_column;
         (local < self.columns).then_some(local)
     }
 }
@@ -107,6 +113,8 @@ pub struct Footprint {
     window: Window,
     /// `[window.columns][window.rows]` and whatever is left of larger windows, m; negative pushes towards the axis.
     delta_m: Vec<f32>,
+    /// Rows of each of the window's columns beyond which nothing is displaced.
+    spans: Vec<Range<u32>>,
     pub(super) scratch: Scratch,
 }
 
@@ -118,8 +126,7 @@ pub(super) struct Scratch {
     /// What yields, chunk by chunk of the contacts.
     pub(super) pushes: Vec<Push>,
     pub(super) row_kernel: Vec<f32>,
-    /// Heights of a rim's rows over its half axis.
-    pub(super) rows: Vec<f32x8>,
+    pub(super) rim: RimScratch,
     /// The convex tools, lent by the sub-step for the time of a press with one.
     pub(super) cutter: Option<Box<Cutter>>,
 }
@@ -127,10 +134,12 @@ pub(super) struct Scratch {
 /// What yields of a chunk of the contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Push {
-    /// This step's push, m.
-    pub(super) depth_m: f32x8,
+    /// By how much this step moves the element, m; zero where the tool does not touch.
+    pub(super) delta_m: f32x8,
     /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
     pub(super) rising: f32x8,
+    /// Area over the angle and height of an element, times the share of the pressure that it carries, m.
+    pub(super) carried: f32x8,
 }
 
 /// A touched element beside an untouched one.
@@ -151,13 +160,18 @@ impl Footprint {
         let elements = shape.elements();
         let scratch = Scratch {
             boundary: Vec::with_capacity(elements / 8),
-            contacts: Contacts::with_room(elements),
+            contacts: Contacts::with_room(shape),
             pushes: Vec::with_capacity(elements / LANES + 1),
-            rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
+            rim: RimScratch::with_room(shape),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
             cutter: None,
         };
-        Self { window: Window::default(), delta_m: Vec::with_capacity(elements), scratch }
+        Self {
+            window: Window::default(),
+            delta_m: Vec::with_capacity(elements),
+            spans: Vec::with_capacity(shape.columns() as usize),
+            scratch,
+        }
     }
 
     /// Empties the footprint and lays it over `window`, all displacements zero.
@@ -168,6 +182,27 @@ impl Footprint {
             self.delta_m.resize(elements, 0.0);
         }
         self.delta_m[..elements].fill(0.0);
+        self.spans.clear();
+        self.spans.resize(window.columns as usize, 0..window.rows);
+    }
+
+    /// Takes all rows of a column outside of `rows` for undisplaced, and gives those within.
+    pub(super) fn narrow(&mut self, local: usize, rows: Range<usize>) -> &mut [f32] {
+        let (start, end) = (rows.start.min(self.window.rows as usize), rows.end.min(self.window.rows as usize));
+        self.spans[local] = start as u32..end as u32;
+        &mut self.column_mut(local as u32)[start..end]
+    }
+
+    /// Takes any element of the window for one that may be displaced.
+    pub(super) fn widen(&mut self) {
+        self.spans.fill(0..self.window.rows);
+    }
+
+    /// The rows of the window's column `local` that may be displaced, and their displacements, m.
+    pub(super) fn span(&self, local: usize) -> (Range<usize>, &[f32]) {
+        let Range { start, end } = self.spans[local];
+        let rows = start as usize..end as usize;
+        (rows.clone(), &self.column(local as u32)[rows])
     }
 
     /// The elements it covers.
@@ -186,35 +221,37 @@ impl Footprint {
         &self.delta_m[local as usize * rows..][..rows]
     }
 
-    /// Writes the touched elements of a chunk of the contact over a rim, of which they keep a share; the window must cover
-    /// them.
-    pub(super) fn press_in(&mut self, shape: GridShape, chunk: &Chunk, deltas_m: f32x8, rising: f32x8) {
-        let Some(local) = self.window.local_column(shape, chunk.column) else { return };
-        let start = (chunk.row - self.window.first_row) as usize;
-        let touched = chunk.touched();
-        let pressed = |rim: f32x8| touched.bitselect(rim * rising + deltas_m, rim).to_array();
-        match self.column_mut(local)[start..].first_chunk_mut::<LANES>() {
-            Some(lanes) => *lanes = pressed(f32x8::new(*lanes)),
-            None => {
-                let last = &mut self.column_mut(local)[start..];
-                let lanes = pressed(load(last));
-                last.copy_from_slice(&lanes[..last.len()]);
-            }
-        }
+    /// Presses a column of the contact into a rim, of which its elements keep a share; the window must cover them.
+    pub(super) fn press_in(&mut self, shape: GridShape, column: &Column, pushes: &[Push]) {
+        let pressed = |push: &Push, rim: f32x8| rim * push.rising + push.delta_m;
+        self.each_eight(shape, column, pushes, pressed);
     }
 
-    /// Writes the touched elements of a chunk of the contact; the window must cover them.
-    pub(super) fn write(&mut self, shape: GridShape, chunk: &Chunk, deltas_m: f32x8) {
-        let Some(local) = self.window.local_column(shape, chunk.column) else { return };
-        let start = (chunk.row - self.window.first_row) as usize;
-        let touched = chunk.touched();
-        match self.column_mut(local)[start..].first_chunk_mut::<LANES>() {
-            Some(lanes) => *lanes = touched.bitselect(deltas_m, f32x8::new(*lanes)).to_array(),
-            None => {
-                let last = &mut self.column_mut(local)[start..];
-                let lanes = touched.bitselect(deltas_m, load(last)).to_array();
-                last.copy_from_slice(&lanes[..last.len()]);
-            }
+    /// Writes `share` of the penetration wherever the tool touches; the window must cover it.
+    pub(super) fn write(&mut self, shape: GridShape, stretch: &Stretch<'_>, share: f32) {
+        let pressed = |chunk: &Chunk, _| chunk.penetration_m * share;
+        self.each_eight(shape, stretch.column, stretch.chunks, pressed);
+    }
+
+    /// Makes anew what stands in a column, eight by eight.
+    #[inline(always)]
+    fn each_eight<T>(&mut self, shape: GridShape, column: &Column, by: &[T], mut made: impl FnMut(&T, f32x8) -> f32x8) {
+        let Some(local) = self.window.local_column(shape, column.column) else { return };
+        let start = (column.first_row - self.window.first_row) as usize;
+        let end = (start + by.len() * LANES).min(self.window.rows as usize);
+        let span = &mut self.spans[local as usize];
+        *span = if span.start < span.end {
+            span.start.min(start as u32)..span.end.max(end as u32)
+        } else {
+            start as u32..end as u32
+        };
+        let (deltas, last) = self.column_mut(local)[start..].as_chunks_mut::<LANES>();
+        for (lanes, of) in deltas.iter_mut().zip(by) {
+            *lanes = made(of, f32x8::new(*lanes)).to_array();
+        }
+        if let Some(of) = by.get(deltas.len()) {
+            let lanes = made(of, load(last)).to_array();
+            last.copy_from_slice(&lanes[..last.len()]);
         }
     }
 
