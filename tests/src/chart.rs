@@ -99,7 +99,7 @@ pub fn measure(extent: Extent, machine: Machine, progress: &mut Progress<'_>) ->
     let errors = speed::errors(&extent, progress)?;
     let mut convergence = convergence::over_steps(&extent, progress)?;
     convergence.extend(errors.iter().map(convergence::ConvergenceFigures::of_grid));
-    let methods = speed::joined(timed, &errors);
+    let methods = speed::joined(&timed, &errors);
     let cases = cases::measure(&extent, progress)?;
     let forces = force::measure(&extent, progress)?;
     let closed_forms = closed_forms::measure(&extent, progress)?;

@@ -119,6 +119,22 @@ impl Dent {
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn press_in(&self, steps_in: u32) -> Result<Dented, DentError> {
+        self.press_stepping(steps_in, Pressing::step)
+    }
+
+    /// The same, with steps of one's own: tool's angle, depth and height, and the way that the clay turns.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn press_by(&self, step: fn(&mut Pressing, f32, f32, f32, i8) -> f32) -> Result<Dented, DentError> {
+        self.press_stepping(STEPS_IN, step)
+    }
+
+    fn press_stepping(
+        &self,
+        steps_in: u32,
+        one: fn(&mut Pressing, f32, f32, f32, i8) -> f32,
+    ) -> Result<Dented, DentError> {
         if steps_in == 0 {
             return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
         }
@@ -129,7 +145,7 @@ impl Dent {
         let mut force_n = 0.0;
         let mut timed = |angle_rad, depth_m, z_m, turning| {
             let begin = Instant::now();
-            force_n = pressing.step(angle_rad, depth_m, z_m, turning);
+            force_n = one(&mut pressing, angle_rad, depth_m, z_m, turning);
             times_ns.push(begin.elapsed().as_nanos() as f64);
         };
         for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {

@@ -11,6 +11,7 @@ pub mod fem;
 pub mod free_form;
 pub mod greens;
 mod linear;
+pub mod literal;
 pub mod long_elements;
 pub mod shell;
 

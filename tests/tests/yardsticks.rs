@@ -4,15 +4,18 @@
 
 use std::f64::consts::PI;
 
-use pottery_shared::clay::{MethodKind, PotSpec, Strength, Support};
+use glam::Vec3;
+use pottery_shared::clay::{GridShape, Method, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Support};
+use pottery_shared::tool::Sphere;
 use pottery_shared::units::Metres;
 use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, DentError, Dented};
 use pottery_tests::yardstick::free_form::Lattice;
 use pottery_tests::yardstick::greens::{Base, Contact, Layer, LocalTable};
+use pottery_tests::yardstick::literal::LiteralCsem;
 use pottery_tests::yardstick::long_elements::LongElements;
 use pottery_tests::yardstick::shell::{End, Loose, Shell};
-use pottery_tests::yardstick::{closed_forms, free_form, greens, long_elements};
+use pottery_tests::yardstick::{closed_forms, free_form, greens, literal, long_elements};
 
 fn close(measured: f64, expected: f64, tolerance: f64, what: &str) {
     let error = measured / expected - 1.0;
@@ -317,6 +320,48 @@ fn wide_load_presses_a_layer_as_a_bar() {
     close(moved, closed_forms::wide_load_mm_per_mpa(4.0, CONTACT_MODULUS), 2e-2, "wide load"); // ends of the strip
 }
 
+// the improved CSEM, literally
+
+/// A press of 0.1 mm at mid-height by a tool so small that it touches one element of a coarse pot: how far each has moved, m.
+fn single(method: impl Method) -> (Vec<f32>, GridShape) {
+    let shape = GridShape::new(90, 101).expect("a grid of 9090 elements is in range");
+    let mut pot = Pot::new(PotSpec { shape, ..PotSpec::default() }).expect("the default pot can be made");
+    let tool = Sphere::new(Metres::from_mm(3.0)).expect("3 mm is in range");
+    // it touches 0.8 mm to all sides
+    let press = Press { response: 1.0, ..Press::held(tool, Vec3::new(0.0629, 0.0, 0.1)) };
+    SubStep::for_grid(shape).advance(&mut pot, &[press], method, |_, _| {});
+    (pot.surfaces()[0].radii_m().iter().map(|radius_m| 0.06 - radius_m).collect(), shape)
+}
+
+#[test]
+fn hulls_of_one_element_follow_the_published_formula() {
+    let (moved_m, shape) = single(LiteralCsem);
+    let arc_m = 0.06 * shape.column_angle_rad();
+    let middle = 50_i64;
+    let push_m = moved_m[middle as usize];
+    assert!((push_m - 1e-4).abs() < 1e-7, "{push_m}"); // the rounding of 60 mm in f32 is 4 nm
+    for (number, &moved) in moved_m.iter().enumerate() {
+        let (column, row) = ((number / 101) as i64, (number % 101) as i64);
+        let hull = column.min(90 - column).max((row - middle).abs()) as f32;
+        let share = 1.0 / ((500.0 * arc_m * hull).powi(2) + 1.0);
+        // hulls whose share is below one in twenty are not there
+        let expected = if share < 0.05 { 0.0 } else { push_m * share };
+        assert!((moved - expected).abs() < 1e-8, "column {column}, row {row}: {moved} m instead of {expected} m");
+    }
+}
+
+#[test]
+fn literal_reading_runs_away_where_the_studios_does_not() {
+    let deepest = |press: fn(&Dent) -> Result<Dented, DentError>| {
+        let dent = Dent { method: MethodKind::Improved, ..dent(2, true) };
+        let radial_mm = press(&dent).unwrap().radial_mm;
+        f64::from(-radial_mm.into_iter().fold(f32::MAX, f32::min))
+    };
+    let (read, literal) = (deepest(|dent| dent.press()), deepest(literal::press));
+    println!("2 mm: {read:.2} mm as the studio reads it, {literal:.2} mm as it is written");
+    assert!(literal > 1.05 * read);
+}
+
 // all on the dents of the reference
 
 fn dent(depth_mm: u32, release: bool) -> Dent {
@@ -331,9 +376,9 @@ fn dent(depth_mm: u32, release: bool) -> Dent {
     }
 }
 
-type Press = fn(&Dent) -> Result<Dented, DentError>;
+type Presses = fn(&Dent) -> Result<Dented, DentError>;
 
-const YARDSTICKS: [(&str, Press); 3] =
+const YARDSTICKS: [(&str, Presses); 3] =
     [("free-form", free_form::press), ("long elements", long_elements::press), ("Green's functions", greens::press)];
 
 #[test]

@@ -7,8 +7,8 @@ use pottery_shared::clay::{self, GridShape, MethodKind, PotSpec};
 
 use super::ChartError;
 use super::cases::Support;
-use crate::dent::{Dent, DentError, Dented};
-use crate::yardstick::{free_form, greens, long_elements};
+use crate::dent::{Dent, DentError, Dented, Pressing};
+use crate::yardstick::{free_form, greens, literal, long_elements};
 
 /// What answers a press.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +23,13 @@ pub enum Model {
         columns_max: u32,
         /// The same when there is little time; 0 leaves it out.
         columns_max_quick: u32,
+        /// One step with a tool at an angle, depth and height, m, on clay that turns, for one that can be advanced.
+        step: Option<Step>,
     },
 }
+
+/// One step of a tool as [`Pressing::step`] has it.
+pub type Step = fn(&mut Pressing, f32, f32, f32, i8) -> f32;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
@@ -68,16 +73,30 @@ pub const ENTRANTS: &[Entrant] = &[
                  clay beside a dent sinks where real clay rises.",
     },
     Entrant {
+        name: "literal",
+        title: "improved CSEM, literal",
+        model: Model::Yardstick {
+            dent: literal::press,
+            // on finer ones the hole runs away, and a step with it
+            columns_max: 360,
+            columns_max_quick: 360,
+            step: Some(literal::step),
+        },
+        supports: &[Support::Backed],
+        choose: "A yardstick for what the second paper costs as it is written: every hull of every boundary element by itself, \
+                 and dents that grow with the resolution.",
+    },
+    Entrant {
         name: "free-form",
         title: "free-form deformation",
-        model: Model::Yardstick { dent: free_form::press, columns_max: 1440, columns_max_quick: 1440 },
+        model: Model::Yardstick { dent: free_form::press, columns_max: 1440, columns_max_quick: 1440, step: None },
         supports: &[Support::Backed],
         choose: "A yardstick for drawing shapes: it has neither a force nor a material, and rings between its control points.",
     },
     Entrant {
         name: "long-elements",
         title: "long elements",
-        model: Model::Yardstick { dent: long_elements::press, columns_max: 1440, columns_max_quick: 1440 },
+        model: Model::Yardstick { dent: long_elements::press, columns_max: 1440, columns_max_quick: 1440, step: None },
         supports: &[Support::Backed, Support::Hollow],
         choose: "A yardstick for soft bodies that are full of liquid: all of it springs back, so that nothing can be shaped.",
     },
@@ -89,6 +108,7 @@ pub const ENTRANTS: &[Entrant] = &[
             // it solves on no finer grid
             columns_max: 360,
             columns_max_quick: 360,
+            step: None,
         },
         supports: &[Support::Backed, Support::Hollow],
         choose: "A yardstick for what is elastic, and exact there; nothing stays when the tool has gone.",
@@ -135,6 +155,14 @@ impl Entrant {
             Model::Yardstick { dent: press, .. } => press(&dent)?,
         })
     }
+}
+
+/// What of the table can be advanced step by step, with its place in it, the method that makes its pot and its own step.
+pub fn stepping() -> impl Iterator<Item = (usize, MethodKind, Step)> {
+    ENTRANTS.iter().enumerate().filter_map(|(row, entrant)| match entrant.model {
+        Model::Method(method) => Some((row, method, Pressing::step as Step)),
+        Model::Yardstick { step, .. } => Some((row, MethodKind::Original, step?)),
+    })
 }
 
 /// The methods of the table with their places in it.

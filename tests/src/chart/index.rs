@@ -25,8 +25,10 @@ pub(super) fn page(figures: &Figures) -> String {
         grid.columns(),
         grid.rows()
     ));
-    line(format_args!("| method | a step, median | p99 | dent that stays | under the tool | force, largest error |"));
-    line(format_args!("|---|---|---|---|---|---|"));
+    line(format_args!(
+        "| method | a step, median | against ours | p99 | p99.9 | dent that stays | under the tool | force, largest error |"
+    ));
+    line(format_args!("|---|---|---|---|---|---|---|---|"));
     for (row, entrant) in ENTRANTS.iter().enumerate() {
         let Some(own) = figures.methods.iter().find(|own| own.row == row && own.grid == grid) else { continue };
         let forces = figures
@@ -35,12 +37,13 @@ pub(super) fn page(figures: &Figures) -> String {
             .filter(|force| force.row == row && force.support == Support::Backed)
             .filter_map(|force| force.error());
         let force = forces.map(f64::abs).fold(0.0, f64::max) * 100.0;
-        let p99 = own.times.map_or_else(|| "–".to_owned(), |times| format!("{:.1} µs", times.p99_us));
+        let [p99, p999] = [own.times.map(|times| times.p99_us), own.times.map(|times| times.p999_us)]
+            .map(|time| time.map_or_else(|| "–".to_owned(), |time_us| format!("{time_us:.1} µs")));
         let (permanent, loaded) = (own.permanent * 100.0, own.loaded * 100.0);
         let title = entrant.title;
         line(format_args!(
-            "| {title} | {:.1} µs | {p99} | {permanent:.1} % | {loaded:.1} % | {force:.0} % |",
-            own.p50_us
+            "| {title} | {:.1} µs | {:.1} × | {p99} | {p999} | {permanent:.1} % | {loaded:.1} % | {force:.0} % |",
+            own.p50_us, own.over_ours
         ));
     }
     line(format_args!(""));

@@ -12,7 +12,7 @@ use pottery_shared::units::Seconds;
 use super::ChartError;
 use super::cases::{CASES, reference_dent};
 use super::csv::{Cell, Row};
-use super::entrant::{ENTRANTS, methods};
+use super::entrant::{ENTRANTS, Step, stepping};
 use super::extent::Extent;
 use super::progress::Progress;
 use crate::dent::{Dent, DentError, Dented, Pressing};
@@ -41,13 +41,22 @@ impl Walk {
 
     /// One step; returns its time, ns.
     pub(super) fn step(&mut self, touched: impl FnMut(usize, Window)) -> f64 {
+        self.timed(|pressing, angle_rad, z_m| pressing.step_telling(angle_rad, DEPTH_MM * 1e-3, z_m, 1, touched))
+    }
+
+    /// One step of another kind; returns its time, ns.
+    fn step_by(&mut self, step: Step) -> f64 {
+        self.timed(|pressing, angle_rad, z_m| step(pressing, angle_rad, DEPTH_MM * 1e-3, z_m, 1))
+    }
+
+    fn timed(&mut self, step: impl FnOnce(&mut Pressing, f32, f32) -> f32) -> f64 {
         self.number += 1;
         let seconds = f64::from(self.number) * f64::from(STEP.0);
         let angle_rad = (seconds.fract() * std::f64::consts::TAU) as f32;
         // 50 mm up and 50 mm down, again and again
         let z_m = 0.075 + 0.05 * ((seconds + 1.0).rem_euclid(2.0) - 1.0).abs() as f32;
         let begin = Instant::now();
-        self.pressing.step_telling(angle_rad, DEPTH_MM * 1e-3, z_m, 1, touched);
+        step(&mut self.pressing, angle_rad, z_m);
         begin.elapsed().as_nanos() as f64
     }
 }
@@ -112,15 +121,16 @@ pub fn time(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Timed>, 
     for &grid in &extent.grids {
         progress.begin(&format!("time a step on {} x {}", grid.columns(), grid.rows()));
         let mut walks = Vec::new();
-        for (row, method) in methods() {
-            walks.push((row, Walk::new(method, grid)?, Vec::with_capacity(extent.timed_steps as usize), 0.0));
+        for (row, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid, extent.quick)) {
+            let samples = Vec::with_capacity(extent.timed_steps as usize);
+            walks.push((row, Walk::new(method, grid)?, step, samples, 0.0));
         }
         let mut steps = 0;
         while steps < WARM_STEPS + extent.timed_steps {
-            for (_, walk, samples, contacts) in &mut walks {
-                for step in steps..steps + TURN_STEPS {
-                    let nanoseconds = walk.step(|_, _| {});
-                    if step >= WARM_STEPS {
+            for (_, walk, step, samples, contacts) in &mut walks {
+                for number in steps..steps + TURN_STEPS {
+                    let nanoseconds = walk.step_by(*step);
+                    if number >= WARM_STEPS {
                         samples.push(nanoseconds);
                         *contacts += f64::from(walk.pressing.contact().elements);
                     }
@@ -128,7 +138,7 @@ pub fn time(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Timed>, 
             }
             steps += TURN_STEPS;
         }
-        for (row, _, samples, contacts) in walks {
+        for (row, _, _, samples, contacts) in walks {
             let contacts = contacts / samples.len() as f64;
             all.push(Timed { row, grid, times: Times::of(samples), contacts });
         }
@@ -210,21 +220,27 @@ pub struct MethodFigures {
     pub permanent: f64,
     /// The same with the sphere still in.
     pub loaded: f64,
+    /// Median over that of the studio's own method on the same grid.
+    pub over_ours: f64,
 }
 
 /// Puts times and errors of the same row and grid together, coarse grids first.
 #[must_use]
-pub fn joined(timed: Vec<Timed>, errors: &[GridErrors]) -> Vec<MethodFigures> {
+pub fn joined(timed: &[Timed], errors: &[GridErrors]) -> Vec<MethodFigures> {
+    let time_of = |row: usize, grid: GridShape| timed.iter().find(|timed| timed.row == row && timed.grid == grid);
     let figures = errors.iter().rev().map(|errors| {
-        let timed = timed.iter().find(|timed| timed.row == errors.row && timed.grid == errors.grid);
+        let timed = time_of(errors.row, errors.grid);
+        let p50_us = timed.map_or(errors.step_ns * 1e-3, |timed| timed.times.p50_us);
         MethodFigures {
             row: errors.row,
             grid: errors.grid,
-            p50_us: timed.map_or(errors.step_ns * 1e-3, |timed| timed.times.p50_us),
+            p50_us,
             times: timed.map(|timed| timed.times),
             contacts: timed.map(|timed| timed.contacts),
             permanent: errors.permanent,
             loaded: errors.loaded,
+            // ours is the first row
+            over_ours: time_of(0, errors.grid).map_or(f64::NAN, |ours| p50_us / ours.times.p50_us),
         }
     });
     let mut figures: Vec<MethodFigures> = figures.collect();
@@ -244,6 +260,7 @@ impl Row for MethodFigures {
         "step_p99_us",
         "step_p999_us",
         "step_p50_ns_per_touched_element",
+        "step_p50_to_ours_ratio",
         "permanent_rms_error_percent_of_depth",
         "loaded_rms_error_percent_of_depth",
     ];
@@ -260,6 +277,7 @@ impl Row for MethodFigures {
             self.times.map(|times| times.p99_us).into(),
             self.times.map(|times| times.p999_us).into(),
             self.contacts.map(|contacts| self.p50_us * 1e3 / contacts).into(),
+            self.over_ours.into(),
             (self.permanent * 100.0).into(),
             (self.loaded * 100.0).into(),
         ]
