@@ -19,6 +19,7 @@ mod readback;
 mod renderer;
 mod scene;
 mod shader;
+mod turntable;
 
 pub use camera::Camera;
 pub use gpu::{Gpu, GpuError};
@@ -28,3 +29,4 @@ pub use readback::RenderError;
 pub use renderer::PotRenderer;
 pub use scene::{Scene, ToolView};
 pub use shader::{MODULES, ShaderText};
+pub use turntable::turntable;

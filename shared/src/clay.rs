@@ -41,7 +41,7 @@ pub use plastic::{PlasticCsem, PlasticLaw};
 pub use pot::{Pot, PotError, PotSpec, Skin, Support};
 pub use resample::ResolutionError;
 pub use schedule::Schedule;
-pub use solid::{Triangle, closed_solid};
+pub use solid::{Triangle, closed_solid, floor_row};
 pub use substep::{Press, SubStep};
 pub use surface::Surface;
 pub use wheel::{Phase, Wheel};

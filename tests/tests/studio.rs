@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use pottery_client::pot_file::PotFile;
 use pottery_tests::programs::{folder, program};
 
 fn headless(out: &Path, arguments: &[&str]) -> Output {
@@ -392,6 +393,36 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     assert!(guests > 300, "{guests} pixels of the guest's pot changed");
     let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn keys_in_the_window_save_and_export_the_pot() {
+    let out = folder("window-files");
+    let pot = out.join("mine.pot");
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot"), &pot).unwrap();
+    let display = Display::new();
+    let mut studio = display.studio(&["--listen", "127.0.0.1:0", "--open", pot.to_str().unwrap()]);
+    let window = display.window(&[]);
+    display.run("xdotool", &["windowfocus", &window]);
+    // the pot comes with the first keyframe
+    std::thread::sleep(Duration::from_secs(1));
+    let opened = PotFile::read(&pot).unwrap();
+    fs::remove_file(&pot).unwrap();
+    let solid = pot.with_extension("stl");
+    for (key, written) in [("ctrl+s", &pot), ("ctrl+e", &solid)] {
+        display.run("xdotool", &["key", key]);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !written.exists() {
+            assert!(Instant::now() < deadline, "{key} wrote no {}", written.display());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+    display.run("xdotool", &["key", "Escape"]);
+    let status = wait(&mut studio, Duration::from_secs(10));
+    assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
+    assert_eq!(PotFile::read(&pot).unwrap().pot(), opened.pot(), "what nobody touched is saved as it was");
+    assert!(fs::metadata(&solid).unwrap().len() > 84);
     fs::remove_dir_all(out).unwrap();
 }
 

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use pottery_client::pot_file::PotFile;
@@ -70,5 +70,86 @@ fn pot_that_cannot_be_opened_is_one_sentence() {
     }
     let output = studio(&["--headless", "--open", text(&sample), "--clay", "soft"]);
     assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("cannot be used with"));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The pot file that comes with the tests.
+fn sample() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot")
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn one_command_writes_every_form() {
+    let folder = folder("every-form");
+    let endings = ["stl", "3mf", "obj", "ply", "glb", "svg", "png", "gif"];
+    let out: Vec<_> = endings.iter().map(|ending| folder.join("pot").with_extension(ending)).collect();
+    let sample = sample();
+    let mut arguments = vec!["export", text(&sample)];
+    arguments.extend(out.iter().map(|path| text(path)));
+    let output = studio(&arguments);
+    assert_success(&output);
+    let said = String::from_utf8(output.stdout).unwrap();
+    for (path, magic) in out.iter().zip([b"" as &[u8], b"PK", b"#", b"ply", b"glTF", b"<?xml", b"\x89PNG", b"GIF89a"]) {
+        assert!(said.contains(text(path)), "{said}");
+        assert!(fs::read(path).unwrap().starts_with(magic), "{}", path.display());
+    }
+    assert_eq!(names(&folder).len(), endings.len());
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn export_that_cannot_be_written_leaves_the_old_file() {
+    let folder = folder("unwritten");
+    let (sample, old, protected) = (sample(), folder.join("old.stl"), folder.join("protected.obj"));
+    fs::create_dir(folder.join("folder.ply")).unwrap();
+    for path in [&old, &protected] {
+        fs::write(path, "old").unwrap();
+    }
+    let mut permissions = fs::metadata(&protected).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&protected, permissions).unwrap();
+    for (out, expected) in [
+        (folder.join("folder.ply"), "is a folder"),
+        (folder.join("none/pot.glb"), "No such file"),
+        (protected.clone(), "permission denied"),
+        (old.join("pot.svg"), "Not a directory"),
+        (folder.join("pot.doc"), "let it end in .stl"),
+    ] {
+        let said = sentence(&studio(&["export", text(&sample), text(&out)]));
+        assert!(said.contains(expected) && said.contains(text(&out)), "{said}");
+    }
+    assert_eq!(names(&folder), ["folder.ply", "old.stl", "protected.obj"]);
+    assert_eq!(fs::read_to_string(&protected).unwrap(), "old");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// A disk that takes 16 kB and no more: the limit of the shell, and a full device.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disk_leaves_the_old_file() {
+    let folder = folder("full-disk");
+    let (sample, old) = (sample(), folder.join("old.stl"));
+    fs::write(&old, "old").unwrap();
+    let limited = "trap '' XFSZ; ulimit -f 16; exec \"$@\"";
+    let output = Command::new("bash")
+        .args(["-c", limited, "bash"])
+        .arg(program("pottery-studio"))
+        .args(["export", text(&sample), text(&old)])
+        .output()
+        .unwrap();
+    let said = sentence(&output);
+    assert!(said.contains("cannot be written") && said.contains("make room"), "{said}");
+    assert_eq!((fs::read_to_string(&old).unwrap().as_str(), names(&folder).len()), ("old", 1));
+    let full = folder.join("full.stl");
+    std::os::unix::fs::symlink("/dev/full", &full).unwrap();
+    let said = sentence(&studio(&["export", text(&sample), text(&full)]));
+    assert!(said.contains("No space left"), "{said}");
     fs::remove_dir_all(folder).unwrap();
 }

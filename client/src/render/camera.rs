@@ -1,10 +1,11 @@
 //! Where the picture is seen from.
 //!
-//! Owns the projection and its inverse; knows no pot and no device.
+//! Owns the projection and its inverse; of a pot it knows the size, and no device.
 //! Invariant: a ray through the place where a point is shown passes through that point.
 
 use glam::camera::rh;
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use pottery_shared::clay::Pot;
 
 /// A camera on an orbit round a target, room frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,16 @@ impl Camera {
     pub const ASPECT_MIN: f32 = 1.1;
     const NEAR_M: f32 = 0.02;
     const FAR_M: f32 = 8.0;
+
+    /// The default view, from farther away the larger a pot is than the one that it is made for.
+    #[must_use]
+    pub fn on(pot: &Pot) -> Self {
+        let surface = &pot.surfaces()[0];
+        let widest_m = surface.radii_m().iter().copied().fold(0.0, f32::max);
+        let larger = (surface.height_m() / 0.2).max(widest_m / 0.1);
+        let view = Self::default();
+        Self { distance_m: view.distance_m * larger, target_m: Vec3::Z * (0.45 * surface.height_m()), ..view }
+    }
 
     fn backwards(&self) -> Vec3 {
         let elevation = self.elevation_rad.clamp(-Self::ELEVATION_MAX_RAD, Self::ELEVATION_MAX_RAD);

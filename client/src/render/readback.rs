@@ -27,6 +27,9 @@ pub enum RenderError {
     /// The picture could not be packed.
     #[error("the picture cannot be packed as PNG: {0}")]
     Png(#[from] png::EncodingError),
+    /// The pictures could not be packed.
+    #[error("the pictures cannot be packed as GIF: {0}")]
+    Gif(#[from] gif::EncodingError),
 }
 
 /// The texels of a texture, row after row without padding.

@@ -17,6 +17,8 @@ use pottery_server::ServerConfig;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 
+use crate::conversion::Conversion;
+
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
 ///
 /// Without a command it hosts a studio and opens a window on it; without a display, or with --headless, scripted
@@ -34,6 +36,7 @@ const EXAMPLES: &str = "Examples:
   pottery-studio                                         host and work in a window
   pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
   pottery-studio --open bowl.pot                         go on with a pot that was saved
+  pottery-studio export bowl.pot bowl.3mf bowl.svg       give it to other programs
   pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
   pottery-studio --headless --stroke mine.csv            let one of them replay a recorded stroke
   pottery-studio --record mine.csv                       record what you do
@@ -41,7 +44,8 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --device falcon:firmware=nvent.bin      work with a haptic device
 
 Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
-the view, +/- tool size, up/down wheel speed, V/B drier and wetter clay, R resets the view, Esc leaves.";
+the view, +/- tool size, up/down wheel speed, V/B drier and wetter clay, R resets the view,
+Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -49,6 +53,8 @@ enum Command {
     Host(HostFlags),
     /// Join a studio that somebody hosts
     Join(JoinFlags),
+    /// Turn a pot file into what other programs read
+    Export(ExportFlags),
     /// Say which devices are there, and of each other one why not
     Devices,
 }
@@ -126,6 +132,16 @@ struct JoinFlags {
     hold: DeviceFlag,
 }
 
+#[derive(Args, Clone, Debug)]
+struct ExportFlags {
+    /// The pot file
+    pot: PathBuf,
+    /// What to write; the ending says the form: .stl .3mf .obj .ply (solids, mm), .glb (solid, metres as glTF wants it),
+    /// .svg (section, mm), .png (picture), .gif (one turn)
+    #[arg(required = true)]
+    out: Vec<PathBuf>,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodName {
     /// Circular Sector Element Method, every element by itself
@@ -188,6 +204,7 @@ pub(crate) enum HandKind {
 /// What is to be done.
 #[derive(Debug)]
 pub(crate) enum Mode {
+    Export(Conversion),
     Headless(HeadlessSession),
     Window(WindowSession),
     /// Look for devices and say what was found.
@@ -215,6 +232,8 @@ pub(crate) struct WindowSession {
     pub(crate) device: DeviceChoice,
     /// What a simulated hand follows that was given no stroke.
     pub(crate) stroke: Arc<Stroke>,
+    /// The pot file that is gone on with.
+    pub(crate) opened: Option<PathBuf>,
     pub(crate) record: Option<PathBuf>,
 }
 
@@ -251,7 +270,10 @@ impl Arguments {
             Some(Command::Join(join)) => {
                 check_writable(join.record.as_ref())?;
                 let target = Target { address: join.address.clone(), code: join.code.clone(), wheel: join.wheel };
-                return window(Place::Joined(target), &join.hold, join.record.as_ref());
+                return window(Place::Joined(target), None, &join.hold, join.record.as_ref());
+            }
+            Some(Command::Export(flags)) => {
+                return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));
             }
             Some(Command::Devices) => return Ok(Mode::Devices),
             Some(Command::Host(flags)) => flags,
@@ -262,15 +284,14 @@ impl Arguments {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
         let server = flags.server_config(ServerConfig::default().listen)?;
-        window(Place::Hosted(Box::new(server)), &flags.hold, flags.record.as_ref())
+        window(Place::Hosted(Box::new(server)), flags.open.clone(), &flags.hold, flags.record.as_ref())
     }
 
     /// The headless session to fall back to when there is no display.
     pub(crate) fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
         match &self.command {
-            Some(Command::Join(_) | Command::Devices) => {
-                bail!("joining needs a display; start it where a window can be opened")
-            }
+            Some(Command::Join(_)) => bail!("joining needs a display; start it where a window can be opened"),
+            Some(Command::Devices | Command::Export(_)) => bail!("nothing here opens a window"),
             Some(Command::Host(flags)) => flags.headless_session(),
             None => self.host.headless_session(),
         }
@@ -331,11 +352,11 @@ impl HostFlags {
     }
 }
 
-fn window(place: Place, hold: &DeviceFlag, record: Option<&PathBuf>) -> anyhow::Result<Mode> {
+fn window(place: Place, opened: Option<PathBuf>, hold: &DeviceFlag, record: Option<&PathBuf>) -> anyhow::Result<Mode> {
     let (name, text) = STROKES[0];
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
-    Ok(Mode::Window(WindowSession { place, device, stroke, record: record.cloned() }))
+    Ok(Mode::Window(WindowSession { place, device, stroke, opened, record: record.cloned() }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

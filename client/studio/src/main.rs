@@ -4,6 +4,7 @@
 //! Invariant: whatever goes wrong ends in one sentence on standard error and a code other than zero.
 
 mod arguments;
+mod conversion;
 mod headless;
 mod hosting;
 mod record;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match arguments.mode()? {
+        Mode::Export(job) => conversion::run(&job),
         Mode::Headless(session) => headless::run(&session),
         Mode::Devices => {
             for device in survey() {

@@ -4,6 +4,7 @@
 //! Invariant: whoever leaves has everything pressed confirmed and the recording written.
 
 mod app;
+mod files;
 mod hand;
 mod panel;
 mod stage;
@@ -20,6 +21,7 @@ use crate::arguments::{Place, WindowSession};
 use crate::hosting::{self, Studio};
 use crate::record;
 use app::{App, Held};
+use files::Files;
 use panel::Invitation;
 
 /// How a session in a window ended.
@@ -72,7 +74,8 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         }
     });
     let held = Held { name: session.device.name(), monitor };
-    let mut app = App::new(potter, asked, held, invitation, interrupted);
+    let files = Files::new(session.opened.as_deref());
+    let mut app = App::new(potter, asked, held, invitation, files, interrupted);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;

@@ -32,9 +32,7 @@ pub fn closed_solid(pot: &Pot, stride: u32) -> Vec<Triangle> {
     if rows.last() != Some(&(shape.rows() - 1)) {
         rows.push(shape.rows() - 1);
     }
-    let floor_m = pot.spec().wall.0;
-    // a wall thicker than the pot is high leaves no hollow: the floor is the rim
-    let floor = rows.iter().position(|&row| surface.row_z_m(row) >= floor_m).unwrap_or(rows.len() - 1).max(1);
+    let floor = floor_among(pot, &rows);
 
     let point = |skin: super::Skin, column: u32, row: u32| {
         let (sin, cos) = libm::sincosf(column as f32 * shape.column_angle_rad());
@@ -77,4 +75,21 @@ pub fn closed_solid(pot: &Pot, stride: u32) -> Vec<Triangle> {
         triangles.push([Vec3::ZERO, point(outer, right, 0), point(outer, left, 0)]);
     }
     triangles
+}
+
+/// The row on which the floor of the hollow lies in a solid that keeps every row.
+///
+/// The last row in a pot whose wall is thicker than it is high: there is no hollow.
+#[must_use]
+pub fn floor_row(pot: &Pot) -> u32 {
+    let rows: Vec<u32> = (0..pot.spec().shape.rows()).collect();
+    rows[floor_among(pot, &rows)]
+}
+
+/// Where among the kept rows the floor lies: on the first at or above the wall's thickness.
+fn floor_among(pot: &Pot, rows: &[u32]) -> usize {
+    let surface = &pot.surfaces()[pot.skins()[0].surface];
+    let is_above = |&row: &u32| surface.row_z_m(row) >= pot.spec().wall.0;
+    // a wall thicker than the pot is high leaves no hollow: the floor is the rim
+    rows.iter().position(is_above).unwrap_or(rows.len() - 1).max(1)
 }

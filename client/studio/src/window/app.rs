@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use glam::{Vec2, Vec3};
 use pottery_client::device::{Monitor, Pointer};
+use pottery_client::pot_file::PotFile;
 use pottery_client::render::{Camera, Scene, ToolView};
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
@@ -21,6 +22,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Window, WindowId};
 
+use super::files::Files;
 use super::hand::Hand;
 use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, TOOL_MM, WETNESS};
 use super::stage::{PanelShapes, Stage};
@@ -85,6 +87,7 @@ pub(super) struct App {
     hand: Hand,
     tool: Sphere,
     panel: PanelState,
+    files: Files,
     modifiers: ModifiersState,
     cursor: Vec2,
     turning_view: bool,
@@ -115,6 +118,7 @@ impl App {
         asked: triple_buffer::Input<Pointer>,
         held: Held,
         invitation: Option<Invitation>,
+        files: Files,
         interrupted: Arc<AtomicBool>,
     ) -> Self {
         let tool = Sphere::default();
@@ -151,6 +155,7 @@ impl App {
             hand,
             tool,
             panel,
+            files,
             modifiers: ModifiersState::empty(),
             cursor: Vec2::ZERO,
             turning_view: false,
@@ -203,6 +208,14 @@ impl App {
     }
 
     fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        if self.modifiers.control_key() {
+            match key.as_ref() {
+                Key::Character("s" | "S") => self.files.save(),
+                Key::Character("e" | "E") => self.files.export(),
+                _ => {}
+            }
+            return;
+        }
         match key.as_ref() {
             Key::Named(NamedKey::Escape) => event_loop.exit(),
             Key::Named(NamedKey::ArrowUp) => self.panel.rpm = (self.panel.rpm + 10.0).min(RPM_MAX),
@@ -384,7 +397,11 @@ impl App {
             self.drawn_phase = view.conditions.phase(self.potter.tick());
         }
         let output = self.egui.run_ui(input.take_egui_input(&stage.window), |ui| {
-            panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref());
+            panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
+        });
+        self.files.pass(|| {
+            let view = self.potter.view().lock();
+            PotFile::of(&view.pot, &view.conditions, self.potter.tick())
         });
         input.handle_platform_output(&stage.window, output.platform_output);
         let shapes = PanelShapes {
@@ -441,7 +458,11 @@ impl ApplicationHandler for App {
                 }
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                // what is typed into the panel is for it alone
+                if is_panels && !self.modifiers.control_key() {
+                    return;
+                }
                 self.key(event_loop, &event.logical_key);
             }
             WindowEvent::CursorMoved { position, .. } => {

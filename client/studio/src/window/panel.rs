@@ -9,6 +9,8 @@ use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::{Material, Preset, Wetness};
 use pottery_shared::protocol::JoinCode;
 
+use super::files::Files;
+
 /// What others type to join.
 #[derive(Clone, Debug)]
 pub(super) struct Invitation {
@@ -64,7 +66,7 @@ pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetne
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 10] = [
+const KEYS: [(&str, &str); 11] = [
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
     ("right button", "turn the view"),
@@ -74,6 +76,7 @@ const KEYS: [(&str, &str); 10] = [
     ("V B", "drier, wetter clay"),
     ("C", "a device's middle is here"),
     ("R", "view as at first"),
+    ("Ctrl + S, Ctrl + E", "save the pot, export it"),
     ("H, Esc", "these keys, leave"),
 ];
 
@@ -83,7 +86,12 @@ fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
 }
 
 /// Lays the panel out over the picture.
-pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: Option<&Invitation>) {
+pub(super) fn show(
+    context: &egui::Context,
+    state: &mut PanelState,
+    invitation: Option<&Invitation>,
+    files: &mut Files,
+) {
     egui::Window::new("studio").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]).show(
         context,
         |ui| {
@@ -109,6 +117,8 @@ pub(super) fn show(context: &egui::Context, state: &mut PanelState, invitation: 
             ui.add(bar.desired_width(250.0));
             let touch = if state.is_touching { "touching the clay" } else { "not touching" };
             ui.label(format!("{touch}; pushed in {:.1} mm", state.pushed_mm.max(0.0)));
+            ui.separator();
+            files.show(ui);
             ui.separator();
             for person in &state.people {
                 let doing = if person.touching { ", touching" } else { "" };
