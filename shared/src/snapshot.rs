@@ -6,20 +6,29 @@
 //! so that author and replica hold the same clay, bit for bit.
 
 mod author;
+mod chain;
 mod coder;
 mod grid;
+mod magnitude;
+mod models;
+mod motion;
+mod plane;
+mod publisher;
 mod record;
 mod replica;
-mod residual;
+mod sweep;
+mod tier;
 mod tiles;
 mod transcript;
 
 use crate::units::Tick;
 
 pub use author::{Author, Delta};
-pub use grid::{QUANTUM_M, dequantise, quantise};
+pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
+pub use motion::{Moment, Motion};
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
+pub use tier::Tier;
 pub use tiles::{TILE_SIDE, TileLayout, Touched};
 pub use transcript::{Pressed, Transcript};
 

@@ -6,10 +6,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::Vec3;
-use pottery_shared::clay::{Material, MethodKind, Pot, PotSpec, Press, SubStep, Surface};
-use pottery_shared::snapshot::{Author, Touched};
+use pottery_shared::clay::{Material, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::snapshot::{Author, Moment, Touched};
 use pottery_shared::tool::Sphere;
-use pottery_shared::units::{Metres, Seconds};
+use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 const STEPS: usize = 2000;
 
@@ -33,6 +33,8 @@ fn run(method: MethodKind, tool_mm: f32, depth_mm: f32) {
     let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
     let mut substep = SubStep::for_grid(pot.spec().shape);
     let tool = Sphere::new(Metres::from_mm(tool_mm)).expect("the tool is in range");
+    // the tool goes round the pot as on a wheel that turns the other way
+    let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(-60.0)));
     let response = Material::default().response(Seconds(1e-3));
     let (mut steps, mut publishes, mut bytes, mut elements) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for step in 0..STEPS {
@@ -46,8 +48,10 @@ fn run(method: MethodKind, tool_mm: f32, depth_mm: f32) {
         steps.push(begin.elapsed().as_secs_f64() * 1e6);
         elements = black_box(contacts[0].elements);
         if step % 17 == 0 {
+            let tick = Tick(step as u64);
+            let now = Moment { tick, phase: wheel.phase(tick) };
             let begin = Instant::now();
-            let delta = author.publish(&mut pot, &mut touched);
+            let delta = author.publish(&mut pot, &mut touched, now);
             publishes.push(begin.elapsed().as_secs_f64() * 1e6);
             bytes.push(delta.map_or(0.0, |delta| delta.bytes.len() as f64));
         }

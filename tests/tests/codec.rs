@@ -4,8 +4,8 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::Vec3;
-use pottery_shared::clay::{Conditions, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Surface, Wheel};
-use pottery_shared::snapshot::{Author, Delta, Replica, SnapshotClock, SnapshotError, Touched, Version};
+use pottery_shared::clay::{Conditions, GridShape, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::snapshot::{Author, Delta, Moment, Replica, SnapshotClock, SnapshotError, Touched, Version};
 use pottery_shared::tool::{Orientation, Position, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Tick};
 use proptest::prelude::*;
@@ -26,6 +26,8 @@ struct Origin {
     touched: Touched,
     substep: SubStep,
     deltas: Vec<Delta>,
+    /// What is taken for the tick of the next snapshot.
+    now: Moment,
 }
 
 impl Origin {
@@ -33,7 +35,14 @@ impl Origin {
         let mut pot = Pot::new(spec).unwrap();
         let author = Author::new(&mut pot);
         let touched = no_tiles(&pot);
-        Self { pot, author, touched, substep: SubStep::for_grid(spec.shape), deltas: Vec::new() }
+        Self {
+            pot,
+            author,
+            touched,
+            substep: SubStep::for_grid(spec.shape),
+            deltas: Vec::new(),
+            now: Moment::default(),
+        }
     }
 
     fn press(&mut self, presses: &[Press], method: MethodKind) {
@@ -43,7 +52,10 @@ impl Origin {
 
     /// Publishes; the number of bytes, 0 when nothing changed.
     fn publish(&mut self) -> usize {
-        let delta = self.author.publish(&mut self.pot, &mut self.touched);
+        // a wheel at 60 rpm
+        let tick = self.now.tick.offset(17);
+        self.now = Moment { tick, phase: Phase(self.now.phase.0.wrapping_add(17 * 4_294_967)) };
+        let delta = self.author.publish(&mut self.pot, &mut self.touched, self.now);
         let bytes = delta.as_ref().map_or(0, |delta| delta.bytes.len());
         self.deltas.extend(delta);
         bytes
@@ -166,7 +178,7 @@ proptest! {
         let origin = origin_of(&groups, method);
         let latest = origin.author.latest();
         for have in 0..=latest.0 {
-            let keyframe = origin.author.keyframe(Version(have));
+            let keyframe = origin.author.keyframe(Version(have), &[]);
             for held in 0..=latest.0 {
                 let mut replica = origin.replica_at(held as usize);
                 let digest = replica.digest();
@@ -193,7 +205,7 @@ proptest! {
         let made = replica.apply_delta(Version(1), &damage, &mut no_tiles(&origin.pot)).is_ok();
         prop_assert_eq!(replica.version(), Version(u32::from(made)));
         let latest = origin.author.latest().max(Version(1));
-        let keyframe = origin.author.keyframe(Version(0));
+        let keyframe = origin.author.keyframe(Version(0), &[]);
         replica.apply_keyframe(latest, Version(0), &keyframe, &mut no_tiles(&origin.pot)).unwrap();
         prop_assert_eq!(replica.digest(), origin.author.digest());
         prop_assert!(replica.pot() == &origin.pot);
@@ -204,7 +216,7 @@ proptest! {
         let origin = origin_of(&groups, MethodKind::Original);
         let latest = origin.author.latest();
         prop_assume!(latest > Version(1));
-        let old = origin_of(&groups[..1], MethodKind::Original).author.keyframe(Version(0));
+        let old = origin_of(&groups[..1], MethodKind::Original).author.keyframe(Version(0), &[]);
         let mut replica = origin.replica_at(latest.0 as usize);
         let mut news = no_tiles(&origin.pot);
         prop_assert_eq!(replica.apply_keyframe(Version(1), Version(0), &old, &mut news), Ok(()));
@@ -266,7 +278,7 @@ proptest! {
         let origin = origin_of(&groups, MethodKind::Improved);
         prop_assume!(!origin.deltas.is_empty());
         let delta = origin.deltas.last().unwrap().bytes.clone();
-        for sound in [delta, origin.author.keyframe(Version(0))] {
+        for sound in [delta, origin.author.keyframe(Version(0), &[])] {
             let held = origin.deltas.len() - 1;
             assert_survives(&origin, held, &sound[..cut.index(sound.len())]);
             assert_survives(&origin, held, &[&sound[..], &behind].concat());
@@ -309,7 +321,7 @@ fn every_truncation_of_a_delta_leaves_sound_clay() {
 /// Two seconds of steady pressing on the default pot: bytes of a snapshot in the mean and at most, and of the keyframe.
 fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
     let mut origin = Origin::new(PotSpec::default());
-    let wheel = Wheel::starting_at(Tick(0), pottery_shared::clay::Phase(0), Wheel::rate_of(Rpm(60.0)));
+    let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(60.0)));
     let conditions = Conditions { wheel, method, ..Conditions::default() };
     let mut sizes = Vec::new();
     for tick in (1..2000).map(Tick) {
@@ -330,7 +342,7 @@ fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
         }
     }
     let mean = sizes.iter().sum::<usize>() as f64 / sizes.len() as f64;
-    (mean, sizes.into_iter().max().unwrap(), origin.author.keyframe(Version(0)).len())
+    (mean, sizes.into_iter().max().unwrap(), origin.author.keyframe(Version(0), &[]).len())
 }
 
 /// Largest mean, largest single snapshot and largest keyframe, bytes: measured when the codec was made, and a third more.

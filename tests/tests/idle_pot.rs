@@ -5,11 +5,13 @@
 use std::cell::Cell;
 
 use glam::Vec3;
-use pottery_shared::clay::{Contact, Footprint, Material, Method, MethodKind, Pot, PotSpec, Press, SubStep, Surface};
+use pottery_shared::clay::{
+    Contact, Footprint, Material, Method, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface,
+};
 use pottery_shared::protocol::{self, FrameReader, Pulse};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::Client;
-use pottery_shared::snapshot::{Author, Touched, Version};
+use pottery_shared::snapshot::{Author, Moment, Touched, Version};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Rpm, Tick};
 
@@ -37,7 +39,8 @@ fn asked_in_a_second(presses: &[Press]) -> u32 {
         assert!(contacts.iter().all(|contact| contact.elements == 0), "{contacts:?}");
         assert!(touched.is_empty(), "a window was touched at step {step}");
         if step % 17 == 0 {
-            assert!(author.publish(&mut pot, &mut touched).is_none(), "a delta at step {step}");
+            let now = Moment { tick: Tick(step), phase: Phase(0) };
+            assert!(author.publish(&mut pot, &mut touched, now).is_none(), "a delta at step {step}");
         }
     }
     assert_eq!((author.latest(), pot.digest()), (Version(0), before));

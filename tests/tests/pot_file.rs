@@ -15,7 +15,7 @@ use pottery_shared::clay::{
     Conditions, GridShape, Material, MethodKind, Phase, Pot, PotSpec, Schedule, Support, Surface, Wetness, Wheel,
     Window,
 };
-use pottery_shared::snapshot::{Author, PotRecord, QUANTUM_M, Replica, Touched, Version};
+use pottery_shared::snapshot::{Author, Moment, PotRecord, QUANTUM_M, Replica, Touched, Version};
 use pottery_shared::units::{Metres, Rpm, Tick};
 use pottery_tests::dice::Dice;
 use pottery_tests::programs::folder;
@@ -83,7 +83,7 @@ fn on_a_wheel(spec: PotSpec, seed: u64) -> (Pot, Author) {
     }
     let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
     touched.add_window(0, everywhere(shape));
-    author.publish(&mut pot, &mut touched).unwrap();
+    author.publish(&mut pot, &mut touched, Moment::default()).unwrap();
     (pot, author)
 }
 
@@ -290,7 +290,7 @@ fn wheel_that_begins_with_a_record_brings_late_comers_the_pot() {
     assert_eq!(author.latest(), Version(1));
     let mut replica = Replica::new(Pot::new(small_spec()).unwrap());
     let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
-    replica.apply_keyframe(author.latest(), Version(0), &author.keyframe(Version(0)), &mut touched).unwrap();
+    replica.apply_keyframe(author.latest(), Version(0), &author.keyframe(Version(0), &[]), &mut touched).unwrap();
     assert!(*replica.pot() == saved);
     assert_eq!(replica.digest(), author.digest());
 }

@@ -139,12 +139,8 @@ fn inputs() -> impl Strategy<Value = Inputs> {
 }
 
 fn retelling() -> impl Strategy<Value = Retelling> {
-    (any::<[[u8; 2]; 3]>(), bytes(900)).prop_map(|([since, told, digest], transcript)| Retelling {
-        since,
-        told,
-        digest,
-        transcript,
-    })
+    (any::<[[u8; 2]; 3]>(), any::<[u8; 3]>(), bytes(900))
+        .prop_map(|([since, told, digest], motion, transcript)| Retelling { since, told, digest, motion, transcript })
 }
 
 fn pulse() -> impl Strategy<Value = Pulse> {

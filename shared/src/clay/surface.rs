@@ -362,7 +362,16 @@ impl Ledger {
 
     fn note(&mut self, column: u32, radii_m: &[f32]) {
         let square = |radius_m: f32| f64::from(radius_m) * f64::from(radius_m);
-        let all: f64 = radii_m.iter().map(|&radius_m| square(radius_m)).sum();
+        // in lanes: an exact sum has no order
+        let mut lanes = [0.0; 8];
+        let mut eights = radii_m.chunks_exact(8);
+        for eight in &mut eights {
+            for (lane, &radius_m) in lanes.iter_mut().zip(eight) {
+                *lane += square(radius_m);
+            }
+        }
+        let rest: f64 = eights.remainder().iter().map(|&radius_m| square(radius_m)).sum();
+        let all = lanes.iter().sum::<f64>() + rest;
         let ends = square(radii_m[0]) + square(radii_m[radii_m.len() - 1]);
         let now_m2 = all - 0.5 * ends;
         let before_m2 = core::mem::replace(&mut self.columns_m2[column as usize], now_m2);

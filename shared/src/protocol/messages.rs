@@ -286,6 +286,8 @@ pub struct Retelling {
     pub told: [u8; 2],
     /// Lowest 16 bits of the digest of the clay afterwards.
     pub digest: [u8; 2],
+    /// The wheel's motion since the last one, as the snapshot codec has it.
+    pub motion: [u8; 3],
     /// The transcript.
     pub transcript: Vec<u8>,
 }

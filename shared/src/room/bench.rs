@@ -13,7 +13,7 @@ use crate::protocol::{
     WheelWire,
 };
 use crate::session::{Peer, Refusals};
-use crate::snapshot::{Author, Delta, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
+use crate::snapshot::{Author, Delta, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
@@ -249,7 +249,7 @@ impl Bench {
             since,
             tick: self.snapshot_tick.0,
             acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
-            bytes: self.author.keyframe(Version(since)),
+            bytes: self.author.keyframe(Version(since), &[]),
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
@@ -268,7 +268,8 @@ impl Bench {
             self.tell_settings(outbox);
         }
         if SnapshotClock::is_due(tick) {
-            if let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched) {
+            let now = Moment { tick, phase: self.conditions.phase(tick) };
+            if let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) {
                 self.recent.push_back(self.recent(&delta));
             }
             self.transcript.get_or_insert_default().clear();
@@ -331,6 +332,7 @@ impl Bench {
                 since: (self.snapshot_tick.0 as u16).to_le_bytes(),
                 told: (self.told as u16).to_le_bytes(),
                 digest: (self.author.digest() as u16).to_le_bytes(),
+                motion: delta.motion.to_bytes(),
                 transcript: transcript.encode(self.snapshot_tick),
             })
         });

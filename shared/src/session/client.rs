@@ -17,7 +17,7 @@ use crate::clay::{
 };
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
-use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
+use crate::snapshot::{Motion, Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{Orientation, Position, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
@@ -394,7 +394,8 @@ impl Client {
                 let transcript =
                     Transcript::decode(&told.transcript, since).ok_or(SnapshotError::Malformed { bytes })?;
                 self.counts.retold += 1;
-                self.replica.retell(next, &transcript, &self.conditions, &mut self.substep, &mut self.news)?;
+                let motion = Motion::from_bytes(told.motion);
+                self.replica.retell(next, &transcript, motion, &self.conditions, &mut self.substep, &mut self.news)?;
                 if self.replica.digest() as u16 != u16::from_le_bytes(told.digest) {
                     self.counts.unlike += 1;
                     if self.counts.unlike == Self::UNLIKE_MAX {

@@ -1,48 +1,69 @@
 //! An adaptive binary range coder.
 //!
-//! Codes bits with learned probabilities; what the bits mean is `residual`'s affair. The scheme is the one described
+//! Codes bits with learned probabilities; what the bits mean is the affair of `sweep` and `models`. The scheme is the one described
 //! by Martin (1979) with the carry propagation of LZMA.
 //! Invariant: the decoder given the encoder's bytes and the same sequence of models returns the same bits; given any
 //! other bytes it returns some bits and never reads past the end.
 
 use alloc::vec::Vec;
 
-const PROBABILITY_BITS: u32 = 12;
+const PROBABILITY_BITS: u32 = 15;
 const RENORMALISE_BELOW: u32 = 1 << 24;
 /// Most zero bytes that the encoder leaves out at the end.
 const ZEROS_BEHIND_END: usize = 4;
 
-/// Learned probability that a bit is zero.
-#[derive(Clone, Copy, Debug)]
+/// Learned probability that a bit is zero, in 2⁻¹⁶.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct BitModel {
     zero: u16,
+    /// Bits seen, as far as they change how fast it learns.
     seen: u8,
 }
 
 impl BitModel {
-    pub(super) const EVEN: Self = Self::zero_in_4096(2048);
+    pub(super) const EVEN: Self = Self { zero: 1 << 15, seen: 0 };
+    /// It learns by 2⁻¹ from the first bit, by 2⁻² from the second and so on down to this.
+    const SLOWEST: u8 = 6;
+    /// Where learning by 2⁻⁶ comes to rest: both bits stay possible.
+    const LEAST: u16 = 63;
 
     /// Starts from a known share of zeros.
     pub(super) const fn zero_in_4096(zero: u16) -> Self {
-        Self { zero, seen: 0 }
+        Self { zero: zero << 4, seen: 1 }
     }
 
-    /// Moves towards the bit seen: fast at first, then by 1/32.
     const fn learn(&mut self, bit: bool) {
-        let shift = if self.seen < 3 { self.seen as u32 + 2 } else { 5 };
-        self.seen = self.seen.saturating_add(1);
-        if bit {
-            self.zero -= self.zero >> shift;
-        } else {
-            self.zero += ((1 << PROBABILITY_BITS) - self.zero) >> shift;
+        if self.seen < Self::SLOWEST {
+            self.seen += 1;
         }
-        // both bits must stay possible
-        if self.zero < 16 {
-            self.zero = 16;
-        } else if self.zero > 4080 {
-            self.zero = 4080;
+        if bit {
+            self.zero -= self.zero >> self.seen;
+        } else {
+            self.zero += (u16::MAX - self.zero) >> self.seen;
         }
     }
+
+    /// Share of `range` that stands for a zero.
+    const fn bound(self, range: u32) -> u32 {
+        (range >> PROBABILITY_BITS) * (self.zero as u32 >> 1)
+    }
+
+    /// Codes what it has learned, so that another can go on from there.
+    pub(super) fn code_state(&mut self, symbols: &mut impl Symbols) {
+        let zero = symbols.raw(u32::from(self.zero), 16) as u16;
+        self.zero = zero.clamp(Self::LEAST, u16::MAX - Self::LEAST);
+        self.seen = (symbols.raw(u32::from(self.seen), 3) as u8).min(Self::SLOWEST);
+    }
+}
+
+/// Both directions of the coder, so that the order of symbols is written once.
+pub(super) trait Symbols {
+    /// Codes `bit`, or ignores it and returns the bit that was coded.
+    fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool;
+    /// The same for the lowest `count` bits of `value`, evenly distributed.
+    fn raw(&mut self, value: u32, count: u32) -> u32;
+    /// Whether more was asked for than there is.
+    fn is_exhausted(&self) -> bool;
 }
 
 /// Writes bits.
@@ -57,31 +78,8 @@ pub(super) struct Encoder {
 }
 
 impl Encoder {
-    pub(super) const fn new() -> Self {
-        Self { bytes: Vec::new(), low: 0, range: u32::MAX, held: None, held_full: 0 }
-    }
-
-    pub(super) fn bit(&mut self, model: &mut BitModel, bit: bool) {
-        let bound = (self.range >> PROBABILITY_BITS) * u32::from(model.zero);
-        if bit {
-            self.low += u64::from(bound);
-            self.range -= bound;
-        } else {
-            self.range = bound;
-        }
-        model.learn(bit);
-        self.normalise();
-    }
-
-    /// The lowest `count` bits of `value`, highest first, taken as evenly distributed.
-    pub(super) fn raw(&mut self, value: u32, count: u32) {
-        for at in (0..count).rev() {
-            self.range >>= 1;
-            if value >> at & 1 == 1 {
-                self.low += u64::from(self.range);
-            }
-            self.normalise();
-        }
+    pub(super) fn new() -> Self {
+        Self { bytes: Vec::with_capacity(1024), low: 0, range: u32::MAX, held: None, held_full: 0 }
     }
 
     fn normalise(&mut self) {
@@ -108,6 +106,14 @@ impl Encoder {
     }
 
     pub(super) fn finish(mut self) -> Vec<u8> {
+        // of all numbers that say the same, the one with most zeros at its end
+        for zeros in (0..RENORMALISE_BELOW.ilog2() + 8).rev() {
+            let rounded = (self.low | ((1 << zeros) - 1)).wrapping_add(1) & !((1 << zeros) - 1);
+            if rounded - self.low < u64::from(self.range) {
+                self.low = rounded;
+                break;
+            }
+        }
         for _ in 0..5 {
             self.shift();
         }
@@ -118,6 +124,37 @@ impl Encoder {
             }
         }
         self.bytes
+    }
+}
+
+impl Symbols for Encoder {
+    #[inline]
+    fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool {
+        let bound = model.bound(self.range);
+        if bit {
+            self.low += u64::from(bound);
+            self.range -= bound;
+        } else {
+            self.range = bound;
+        }
+        model.learn(bit);
+        self.normalise();
+        bit
+    }
+
+    fn raw(&mut self, value: u32, count: u32) -> u32 {
+        for at in (0..count).rev() {
+            self.range >>= 1;
+            if value >> at & 1 == 1 {
+                self.low += u64::from(self.range);
+            }
+            self.normalise();
+        }
+        value
+    }
+
+    fn is_exhausted(&self) -> bool {
+        false
     }
 }
 
@@ -145,18 +182,23 @@ impl<'a> Decoder<'a> {
         u32::from(byte)
     }
 
-    /// Whether more was read than the encoder can have written.
-    pub(super) const fn is_exhausted(&self) -> bool {
-        self.at > self.bytes.len() + ZEROS_BEHIND_END
-    }
-
     /// Whether bytes are left that no symbol has asked for.
     pub(super) const fn has_rest(&self) -> bool {
         self.at < self.bytes.len()
     }
 
-    pub(super) fn bit(&mut self, model: &mut BitModel) -> bool {
-        let bound = (self.range >> PROBABILITY_BITS) * u32::from(model.zero);
+    fn normalise(&mut self) {
+        while self.range < RENORMALISE_BELOW {
+            self.range <<= 8;
+            self.code = self.code << 8 | self.next_byte();
+        }
+    }
+}
+
+impl Symbols for Decoder<'_> {
+    #[inline]
+    fn bit(&mut self, model: &mut BitModel, _: bool) -> bool {
+        let bound = model.bound(self.range);
         let bit = self.code >= bound;
         if bit {
             self.code -= bound;
@@ -169,7 +211,7 @@ impl<'a> Decoder<'a> {
         bit
     }
 
-    pub(super) fn raw(&mut self, count: u32) -> u32 {
+    fn raw(&mut self, _: u32, count: u32) -> u32 {
         let mut value = 0;
         for _ in 0..count {
             self.range >>= 1;
@@ -183,10 +225,7 @@ impl<'a> Decoder<'a> {
         value
     }
 
-    fn normalise(&mut self) {
-        while self.range < RENORMALISE_BELOW {
-            self.range <<= 8;
-            self.code = self.code << 8 | self.next_byte();
-        }
+    fn is_exhausted(&self) -> bool {
+        self.at > self.bytes.len() + ZEROS_BEHIND_END
     }
 }

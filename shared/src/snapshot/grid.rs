@@ -5,9 +5,10 @@
 
 use alloc::vec::Vec;
 
-use crate::clay::{Digest, GridShape, Surface, Window};
+use crate::clay::{Digest, GridShape, Pot, Surface, Window};
 
 use super::TileLayout;
+use super::plane::Plane;
 
 /// Step between two radii that can travel.
 pub const QUANTUM_M: f32 = Surface::STEP_M;
@@ -25,10 +26,46 @@ pub const fn dequantise(step: u16) -> f32 {
     step as f32 * QUANTUM_M
 }
 
+/// How coarse the radii of a chain are: so many steps of [`QUANTUM_M`] are one of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantum(u16);
+
+impl Quantum {
+    /// As the author holds them: 3.8 µm.
+    pub const FINEST: Self = Self(1);
+    /// 11.4 µm: what a spectator cannot tell from the finest.
+    pub const SPECTATOR: Self = Self(3);
+    /// Coarsest: 0.98 mm.
+    const STEPS_MAX: u16 = 256;
+
+    /// A quantum of so many of the finest, between 1 and 256 of them.
+    #[must_use]
+    pub fn of_steps(steps: u16) -> Self {
+        Self(steps.clamp(1, Self::STEPS_MAX))
+    }
+
+    /// Its length, m.
+    #[must_use]
+    pub fn metres(self) -> f32 {
+        f32::from(self.0) * QUANTUM_M
+    }
+
+    /// The nearest of its own steps to one of the finest.
+    pub(super) const fn coarsen(self, step: u16) -> u16 {
+        ((step as u32 + self.0 as u32 / 2) / self.0 as u32) as u16
+    }
+
+    /// The radius of one of its own steps, exact.
+    pub(super) fn radius_m(self, step: u16) -> f32 {
+        dequantise(step.saturating_mul(self.0))
+    }
+}
+
 /// One surface in quantum steps.
 #[derive(Clone, Debug)]
 pub(super) struct QuantisedGrid {
     layout: TileLayout,
+    quantum: Quantum,
     /// The step of every element of the untouched surface.
     initial: u16,
     /// `[columns][rows]`.
@@ -38,10 +75,11 @@ pub(super) struct QuantisedGrid {
 }
 
 impl QuantisedGrid {
-    pub(super) fn untouched(shape: GridShape, radius_m: f32) -> Self {
-        let initial = quantise(radius_m);
+    pub(super) fn untouched(shape: GridShape, radius_m: f32, quantum: Quantum) -> Self {
+        let initial = quantum.coarsen(quantise(radius_m));
         let mut grid = Self {
             layout: TileLayout::new(shape),
+            quantum,
             initial,
             values: alloc::vec![initial; shape.elements()],
             tile_digests: Vec::new(),
@@ -59,6 +97,10 @@ impl QuantisedGrid {
         self.layout
     }
 
+    pub(super) const fn quantum(&self) -> Quantum {
+        self.quantum
+    }
+
     pub(super) const fn initial(&self) -> u16 {
         self.initial
     }
@@ -72,8 +114,8 @@ impl QuantisedGrid {
         let mut digest = Digest::default();
         digest.add(tile);
         for column in self.columns(self.layout.window(tile)) {
-            for &value in column {
-                digest.add(u32::from(value));
+            for two in column.chunks(2) {
+                digest.add(two.iter().fold(0, |word, &value| word << 16 | u32::from(value)));
             }
         }
         digest.finish()
@@ -81,11 +123,15 @@ impl QuantisedGrid {
 
     /// The window's columns, foot to rim.
     fn columns(&self, window: Window) -> impl Iterator<Item = &[u16]> {
+        let rows = window.first_row as usize..window.end_row() as usize;
+        (window.first_column..window.first_column + window.columns)
+            .map(move |column| &self.column(column)[rows.clone()])
+    }
+
+    /// A whole column, foot to rim.
+    pub(super) fn column(&self, column: u32) -> &[u16] {
         let rows = self.layout.shape().rows() as usize;
-        (window.first_column..window.first_column + window.columns).map(move |column| {
-            let start = column as usize * rows + window.first_row as usize;
-            &self.values[start..start + window.rows as usize]
-        })
+        &self.values[column as usize * rows..][..rows]
     }
 
     /// Copies a tile's values out, column by column.
@@ -96,23 +142,125 @@ impl QuantisedGrid {
         }
     }
 
-    /// Replaces a tile's values; true when any differed.
-    pub(super) fn replace_tile(&mut self, tile: u32, values: &[u16]) -> bool {
+    /// Writes a tile's differences to the untouched surface.
+    pub(super) fn since_untouched(&self, tile: u32, plane: &mut Plane) {
+        plane.add(tile);
         let window = self.layout.window(tile);
-        let rows = self.layout.shape().rows() as usize;
-        let mut changed = false;
+        let rows = window.first_row as usize..window.end_row() as usize;
+        for column in window.first_column..window.first_column + window.columns {
+            let differences = &mut plane.column_mut(column)[rows.clone()];
+            for (difference, value) in differences.iter_mut().zip(&self.column(column)[rows.clone()]) {
+                *difference = value.wrapping_sub(self.initial) as i16;
+            }
+        }
+    }
+
+    /// Turns a tile's differences to the untouched surface into those to what the tile holds; true when there are any.
+    pub(super) fn against_untouched(&self, tile: u32, plane: &mut Plane) -> bool {
+        let window = self.layout.window(tile);
+        let rows = window.first_row as usize..window.end_row() as usize;
+        let mut any = false;
+        for column in window.first_column..window.first_column + window.columns {
+            let differences = &mut plane.column_mut(column)[rows.clone()];
+            for (difference, value) in differences.iter_mut().zip(&self.column(column)[rows.clone()]) {
+                let new = self.initial.wrapping_add(*difference as u16);
+                *difference = new.wrapping_sub(*value) as i16;
+                any |= *difference != 0;
+            }
+        }
+        any
+    }
+
+    /// Replaces a tile's values and notes the differences to what they were; true when there are any.
+    pub(super) fn replace_tile(&mut self, tile: u32, values: &[u16], plane: &mut Plane) -> bool {
+        let window = self.layout.window(tile);
+        if self.columns(window).flatten().eq(values) {
+            return false;
+        }
+        plane.add(tile);
+        let (all_rows, rows) =
+            (self.layout.shape().rows() as usize, window.first_row as usize..window.end_row() as usize);
         let columns = window.first_column..window.first_column + window.columns;
         for (column, new) in columns.zip(values.chunks_exact(window.rows as usize)) {
-            let start = column as usize * rows + window.first_row as usize;
-            let old = &mut self.values[start..start + new.len()];
-            changed |= old != new;
-            old.copy_from_slice(new);
+            let old = &mut self.values[column as usize * all_rows..][rows.clone()];
+            let differences = &mut plane.column_mut(column)[rows.clone()];
+            for ((old, &new), difference) in old.iter_mut().zip(new).zip(differences) {
+                *difference = new.wrapping_sub(*old) as i16;
+                *old = new;
+            }
         }
-        if changed {
-            let tile_digest = self.digest_of(tile);
-            let old = core::mem::replace(&mut self.tile_digests[tile as usize], tile_digest);
-            self.digest = self.digest.wrapping_sub(old).wrapping_add(tile_digest);
-        }
-        changed
+        self.note(tile);
+        true
     }
+
+    /// Adds the differences of a tile, and tells `changed` of every element that changes: column, row, new value.
+    pub(super) fn add_tile(&mut self, tile: u32, plane: &Plane, mut changed: impl FnMut(u32, u32, u16)) {
+        let window = self.layout.window(tile);
+        let all_rows = self.layout.shape().rows() as usize;
+        for column in window.first_column..window.first_column + window.columns {
+            let values = &mut self.values[column as usize * all_rows..][..all_rows];
+            let differences = plane.column(column);
+            for row in window.first_row..window.end_row() {
+                let difference = differences[row as usize];
+                if difference != 0 {
+                    let value = &mut values[row as usize];
+                    *value = value.wrapping_add(difference as u16);
+                    changed(column, row, *value);
+                }
+            }
+        }
+        self.note(tile);
+    }
+
+    fn note(&mut self, tile: u32) {
+        let tile_digest = self.digest_of(tile);
+        let old = core::mem::replace(&mut self.tile_digests[tile as usize], tile_digest);
+        self.digest = self.digest.wrapping_sub(old).wrapping_add(tile_digest);
+    }
+}
+
+/// The grids of an untouched pot, whose radii are rounded to the quantum.
+pub(super) fn untouched_grids(pot: &mut Pot, quantum: Quantum) -> Vec<QuantisedGrid> {
+    let round = |surface: &mut Surface| {
+        let grid = QuantisedGrid::untouched(surface.shape(), surface.radii_m()[0], quantum);
+        for column in 0..surface.shape().columns() {
+            for row in 0..surface.shape().rows() {
+                surface.set_radius(column, row, quantum.radius_m(grid.initial));
+            }
+        }
+        surface.take_as_untouched();
+        grid
+    };
+    pot.surfaces_mut().iter_mut().map(round).collect()
+}
+
+/// Rounds a window's radii to the quantum and says their steps, column by column.
+pub(super) fn round_tile(clay: &mut Surface, window: Window, steps: &mut Vec<u16>) {
+    steps.clear();
+    let rows = window.first_row as usize..window.end_row() as usize;
+    for column in window.first_column..window.first_column + window.columns {
+        let first = steps.len();
+        steps.extend(clay.column_m(column)[rows.clone()].iter().map(|&radius_m| quantise(radius_m)));
+        for (row, &step) in rows.clone().zip(&steps[first..]) {
+            if clay.column_m(column)[row] != dequantise(step) {
+                clay.set_radius(column, row as u32, dequantise(step));
+            }
+        }
+    }
+}
+
+/// Digest over all surfaces of a pot, in order.
+pub(super) fn digest(grids: &[QuantisedGrid]) -> u64 {
+    grids.iter().fold(0_u64, |sum, grid| sum.rotate_left(1) ^ grid.digest())
+}
+
+/// Tiles of all surfaces.
+pub(super) fn tiles(grids: &[QuantisedGrid]) -> u32 {
+    grids.iter().map(|grid| grid.layout().tiles()).sum()
+}
+
+/// Hashes of `count` tiles from one on, counted through all surfaces.
+pub(super) fn tile_hashes(grids: &[QuantisedGrid], first: u32, count: u32) -> Vec<u16> {
+    let all = grids.iter().flat_map(|grid| grid.tile_digests.iter().map(|&digest| digest as u16));
+    all.skip(first as usize).take(count as usize).collect()
 }

@@ -5,8 +5,7 @@
 
 use alloc::vec::Vec;
 
-use super::author::untouched_grids;
-use super::{dequantise, quantise};
+use super::grid::{Quantum, dequantise, quantise, untouched_grids};
 use crate::clay::{Pot, PotError, PotSpec, Surface, Window};
 use crate::units::Metres;
 
@@ -110,7 +109,7 @@ impl PotRecord {
     #[must_use]
     pub fn pot(&self) -> Pot {
         let mut pot = Pot::new(self.spec).expect("the specification was checked with the record");
-        untouched_grids(&mut pot);
+        untouched_grids(&mut pot, Quantum::FINEST);
         self.lay_on(&mut pot);
         let all: Vec<_> = windows(&pot).collect();
         pot.settle(all.into_iter());

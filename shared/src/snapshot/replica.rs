@@ -1,15 +1,17 @@
 //! A copy of the authoritative clay, kept by deltas and keyframes.
 //!
 //! Owns the checks of what a peer sent; applies a message whole or not at all.
-//! Invariant: the pot is exactly the author's snapshot of `version`.
+//! Invariant: the pot is exactly the author's snapshot of `version`, as far as its quantum goes.
 
 use alloc::vec::Vec;
 
-use super::author::{digest, untouched_grids};
-use super::coder::Decoder;
-use super::grid::QuantisedGrid;
-use super::residual::Models;
-use super::{Touched, Transcript, Version, dequantise, quantise};
+use super::chain::Chain;
+use super::coder::{Decoder, Symbols};
+use super::grid::{self, QuantisedGrid, Quantum, round_tile, untouched_grids};
+use super::models::Models;
+use super::motion::Motion;
+use super::plane::Plane;
+use super::{Touched, Transcript, Version};
 use crate::clay::{Conditions, Pot, SubStep};
 
 /// Why a snapshot message was not applied; the replica is as before.
@@ -37,15 +39,22 @@ pub struct Replica {
     pot: Pot,
     grids: Vec<QuantisedGrid>,
     version: Version,
-    decoded: Vec<(usize, u32, Vec<u16>)>,
+    chain: Chain,
 }
 
 impl Replica {
     /// A replica at version 0, the untouched pot.
     #[must_use]
-    pub fn new(mut pot: Pot) -> Self {
-        let grids = untouched_grids(&mut pot);
-        Self { pot, grids, version: Version(0), decoded: Vec::new() }
+    pub fn new(pot: Pot) -> Self {
+        Self::with_quantum(pot, Quantum::FINEST)
+    }
+
+    /// The same for a chain of another quantum.
+    #[must_use]
+    pub fn with_quantum(mut pot: Pot, quantum: Quantum) -> Self {
+        let grids = untouched_grids(&mut pot, quantum);
+        let chain = Chain::new(grids.iter().map(QuantisedGrid::layout));
+        Self { pot, grids, version: Version(0), chain }
     }
 
     /// The clay at this version.
@@ -63,7 +72,7 @@ impl Replica {
     /// Digest of the snapshot held.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        digest(&self.grids)
+        grid::digest(&self.grids)
     }
 
     /// Moves on by one delta and adds the changed tiles to `touched`.
@@ -74,14 +83,18 @@ impl Replica {
         if version != self.version.next() {
             return Err(SnapshotError::NotNext { delta: version, held: self.version });
         }
-        self.decode(bytes, |grid, tile, old| grid.tile_into(tile, old))?;
-        self.commit(version, touched);
+        self.chain.decode(bytes).map_err(|_| SnapshotError::Malformed { bytes: bytes.len() })?;
+        let current = core::mem::take(&mut self.chain.current);
+        self.commit(version, &current, touched);
+        self.chain.current = current;
+        self.chain.advance();
         Ok(())
     }
 
     /// Moves on by one snapshot, by pressing again what was pressed, and adds the changed tiles to `touched`.
     ///
-    /// The clay is then the author's if all conditions of the time are known; the digest shows it.
+    /// The clay is then the author's if all conditions of the time are known; the digest shows it. `motion` is the
+    /// author's: the replica goes through the delta that it did not get, so that it can take the next one.
     ///
     /// # Errors
     /// [`SnapshotError::NotNext`]; the replica is then unchanged.
@@ -89,6 +102,7 @@ impl Replica {
         &mut self,
         version: Version,
         transcript: &Transcript,
+        motion: Motion,
         conditions: &Conditions,
         substep: &mut SubStep,
         touched: &mut Touched,
@@ -107,20 +121,13 @@ impl Replica {
         }
         let mut steps = Vec::new();
         for (surface, tile, window) in pressed.iter() {
-            steps.clear();
-            let clay = &mut self.pot.surfaces_mut()[surface];
-            for column in window.first_column..window.first_column + window.columns {
-                for row in window.first_row..window.first_row + window.rows {
-                    let step = quantise(clay.column_m(column)[row as usize]);
-                    clay.set_radius(column, row, dequantise(step));
-                    steps.push(step);
-                }
-            }
-            if self.grids[surface].replace_tile(tile, &steps) {
+            round_tile(&mut self.pot.surfaces_mut()[surface], window, &mut steps);
+            if self.grids[surface].replace_tile(tile, &steps, &mut self.chain.current[surface]) {
                 touched.add(surface, tile);
             }
         }
         self.pot.settle(pressed.iter().map(|(surface, _, window)| (surface, window)));
+        self.chain.encode(motion);
         self.version = version;
         Ok(())
     }
@@ -144,79 +151,60 @@ impl Replica {
         if since > self.version {
             return Err(SnapshotError::NotNext { delta: since, held: self.version });
         }
-        self.decode(bytes, |grid, tile, old| {
-            old.clear();
-            old.resize(grid.layout().window(tile).elements(), grid.initial());
-        })?;
-        if since == Version(0) {
-            self.add_untouched_tiles();
-        }
-        self.commit(version, touched);
-        Ok(())
-    }
-
-    fn decode(&mut self, bytes: &[u8], base: impl Fn(&QuantisedGrid, u32, &mut Vec<u16>)) -> Result<(), SnapshotError> {
         let malformed = SnapshotError::Malformed { bytes: bytes.len() };
-        let mut decoder = Decoder::new(bytes);
-        let mut models = Models::new();
-        let mut differences = Vec::new();
-        self.decoded.clear();
-        for (surface, grid) in self.grids.iter().enumerate() {
-            let mut next = 0_u32;
-            while let Some(gap) = models.tile_gap(&mut decoder, None) {
-                let tile = next.saturating_add(gap);
-                if tile >= grid.layout().tiles() || decoder.is_exhausted() {
-                    return Err(malformed);
-                }
-                next = tile + 1;
-                let mut values = Vec::new();
-                base(grid, tile, &mut values);
-                differences.clear();
-                differences.resize(values.len(), 0);
-                models.tile(&mut decoder, grid.layout().window(tile).rows as usize, &mut differences);
-                for (value, &difference) in values.iter_mut().zip(&differences) {
-                    *value = u16::try_from(i32::from(*value).wrapping_add(difference)).map_err(|_| malformed)?;
-                }
-                self.decoded.push((surface, tile, values));
+        let (mut planes, chain) = self.read_keyframe(bytes).ok_or(malformed)?;
+        for (grid, plane) in self.grids.iter().zip(&mut planes) {
+            if since == Version(0) {
+                (0..grid.layout().tiles()).for_each(|tile| plane.add(tile));
+            }
+            for at in 0..plane.tiles().len() {
+                grid.against_untouched(plane.tiles()[at], plane);
             }
         }
-        if decoder.is_exhausted() || decoder.has_rest() {
-            return Err(malformed);
-        }
+        self.commit(version, &planes, touched);
+        self.chain = chain;
         Ok(())
     }
 
-    /// Adds every tile that the message did not name, as untouched clay.
-    fn add_untouched_tiles(&mut self) {
-        let named: alloc::collections::BTreeSet<_> =
-            self.decoded.iter().map(|(surface, tile, _)| (*surface, *tile)).collect();
-        for (surface, grid) in self.grids.iter().enumerate() {
-            for tile in (0..grid.layout().tiles()).filter(|&tile| !named.contains(&(surface, tile))) {
-                let untouched = alloc::vec![grid.initial(); grid.layout().window(tile).elements()];
-                self.decoded.push((surface, tile, untouched));
-            }
-        }
+    /// Differences to the untouched pot, and what the chain goes on from.
+    fn read_keyframe(&self, bytes: &[u8]) -> Option<(Vec<Plane>, Chain)> {
+        let layouts = || self.grids.iter().map(QuantisedGrid::layout);
+        let mut planes: Vec<_> = layouts().map(Plane::unchanged).collect();
+        let mut chain = Chain::new(layouts());
+        let mut models = Models::new();
+        let mut decoder = Decoder::new(bytes);
+        Chain::code_alone(&mut decoder, &mut models, &mut planes).ok()?;
+        chain.code_state(&mut decoder, &mut models).ok()?;
+        planes.iter_mut().for_each(Plane::sum_up);
+        (!decoder.is_exhausted() && !decoder.has_rest()).then_some((planes, chain))
     }
 
-    fn commit(&mut self, version: Version, touched: &mut Touched) {
+    /// Adds differences to the clay.
+    fn commit(&mut self, version: Version, planes: &[Plane], touched: &mut Touched) {
         let mut changed = Vec::new();
-        for (surface, tile, values) in self.decoded.drain(..) {
-            let grid = &mut self.grids[surface];
-            if !grid.replace_tile(tile, &values) {
-                continue;
-            }
-            touched.add(surface, tile);
-            let window = grid.layout().window(tile);
-            changed.push((surface, window));
+        for (surface, (grid, plane)) in self.grids.iter_mut().zip(planes).enumerate() {
+            let quantum = grid.quantum();
             let clay = &mut self.pot.surfaces_mut()[surface];
-            let mut values = values.into_iter();
-            for column in window.first_column..window.first_column + window.columns {
-                for (row, value) in (window.first_row..window.first_row + window.rows).zip(&mut values) {
-                    clay.set_radius(column, row, dequantise(value));
+            for &tile in plane.tiles() {
+                let mut any = false;
+                grid.add_tile(tile, plane, |column, row, step| {
+                    clay.set_radius(column, row, quantum.radius_m(step));
+                    any = true;
+                });
+                if any {
+                    touched.add(surface, tile);
+                    changed.push((surface, grid.layout().window(tile)));
                 }
             }
         }
-        self.pot.settle(changed.iter().copied());
+        self.pot.settle(changed.into_iter());
         self.version = version;
+    }
+
+    /// Whether a tile, counted through all surfaces from `first` on, differs from the author's hashes at this version.
+    #[must_use]
+    pub fn tiles_that_differ(&self, first: u32, hashes: &[u16]) -> Vec<u32> {
+        let own = grid::tile_hashes(&self.grids, first, hashes.len() as u32);
+        (first..).zip(own.iter().zip(hashes)).filter(|(_, (own, theirs))| own != theirs).map(|(tile, _)| tile).collect()
     }
 }

@@ -37,6 +37,16 @@ impl TileLayout {
         self.shape
     }
 
+    /// Tiles above one another.
+    pub(super) const fn tile_rows(&self) -> u32 {
+        self.tile_rows
+    }
+
+    /// The tile that holds an element.
+    pub(super) const fn tile_at(&self, column: u32, row: u32) -> u32 {
+        column / TILE_SIDE * self.tile_rows + row / TILE_SIDE
+    }
+
     /// The elements of a tile.
     #[must_use]
     pub fn window(&self, tile: u32) -> Window {

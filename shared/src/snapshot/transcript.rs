@@ -9,8 +9,8 @@
 
 use alloc::vec::Vec;
 
-use super::coder::{BitModel, Decoder, Encoder};
-use super::residual::{Magnitude, Symbols};
+use super::coder::{BitModel, Decoder, Encoder, Symbols};
+use super::magnitude::Magnitude;
 use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use crate::units::Tick;
 
@@ -89,7 +89,7 @@ impl Transcript {
         let mut decoder = Decoder::new(bytes);
         let mut models = Models::new(since);
         let mut transcript = Self::default();
-        while decoder.bit(&mut models.more) {
+        while decoder.bit(&mut models.more, false) {
             let now = models.hands(&mut decoder, core::iter::empty());
             let start = transcript.pressed.len();
             if decoder.is_exhausted() || start + now.len() > Self::PRESSED_MAX {

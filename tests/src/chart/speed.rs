@@ -6,8 +6,9 @@
 
 use std::time::Instant;
 
-use pottery_shared::clay::{GridShape, Method, MethodKind, Window};
-use pottery_shared::units::Seconds;
+use pottery_shared::clay::{GridShape, Method, MethodKind, Phase, Wheel, Window};
+use pottery_shared::snapshot::Moment;
+use pottery_shared::units::{Rpm, Seconds, Tick};
 
 use super::ChartError;
 use super::cases::{CASES, reference_dent};
@@ -37,6 +38,13 @@ impl Walk {
         let mut dent = Dent { method, ..reference_dent(grid, DEPTH_MM, false) };
         dent.pot.keeps_volume = method.keeps_volume();
         Ok(Self { pressing: Pressing::new(dent, STEP)?, number: 0 })
+    }
+
+    /// When it is, and how a wheel stands on which the tool is at rest.
+    pub(super) fn moment(&self) -> Moment {
+        let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(-60.0)));
+        let tick = Tick(self.number.into());
+        Moment { tick, phase: wheel.phase(tick) }
     }
 
     /// One step; returns its time, ns.

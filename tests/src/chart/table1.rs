@@ -76,8 +76,9 @@ pub fn measure(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Table
         for number in 1..=extent.timed_steps.max(SNAPSHOTS_MIN * STEPS_A_SNAPSHOT) {
             steps.push(walk.step(|surface, window| touched.add_window(surface, window)));
             if number % STEPS_A_SNAPSHOT == 0 {
+                let now = walk.moment();
                 let begin = Instant::now();
-                let delta = author.publish(walk.pressing.pot_mut(), &mut touched);
+                let delta = author.publish(walk.pressing.pot_mut(), &mut touched, now);
                 snapshots.push(begin.elapsed().as_nanos() as f64);
                 std::hint::black_box(delta);
             }

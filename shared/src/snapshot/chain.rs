@@ -1,0 +1,101 @@
+//! What both ends of a chain of deltas remember from one to the next: the last delta, and what was learned.
+//!
+//! Knows differences, no clay and no versions; author and replica hold one each.
+//! Invariant: after the same deltas, or a keyframe that was written between two of them, both ends remember the same.
+
+use alloc::vec::Vec;
+
+use super::TileLayout;
+use super::coder::{Decoder, Encoder, Symbols};
+use super::models::Models;
+use super::motion::{Motion, Motions, Turned};
+use super::plane::Plane;
+use super::sweep::{Exhausted, Sweep};
+
+/// The memory of one end.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    /// The last delta, a plane a surface.
+    last: Vec<Plane>,
+    /// The delta that is being made or read.
+    pub(super) current: Vec<Plane>,
+    motions: Motions,
+    models: Models,
+    sweep: Sweep,
+}
+
+impl Chain {
+    pub(super) fn new(layouts: impl Iterator<Item = TileLayout>) -> Self {
+        let last: Vec<_> = layouts.map(Plane::unchanged).collect();
+        Self { current: last.clone(), last, motions: Motions::new(), models: Models::new(), sweep: Sweep::default() }
+    }
+
+    /// The bytes of the current delta, which then becomes the last.
+    pub(super) fn encode(&mut self, motion: Motion) -> Vec<u8> {
+        let mut encoder = Encoder::new();
+        self.code(&mut encoder, motion).expect("writing meets no end");
+        self.advance();
+        encoder.finish()
+    }
+
+    /// Reads a delta into `current`, which is then taken and followed by [`Chain::advance`].
+    ///
+    /// # Errors
+    /// [`Exhausted`] when the bytes are no delta; nothing is then remembered of it.
+    pub(super) fn decode(&mut self, bytes: &[u8]) -> Result<(), Exhausted> {
+        let learned = (self.models.clone(), self.motions.clone());
+        let mut decoder = Decoder::new(bytes);
+        let read = self.code(&mut decoder, Motion::default());
+        if read.is_ok() && !decoder.is_exhausted() && !decoder.has_rest() {
+            return Ok(());
+        }
+        (self.models, self.motions) = learned;
+        self.current.iter_mut().for_each(Plane::clear);
+        Err(Exhausted)
+    }
+
+    fn code(&mut self, symbols: &mut impl Symbols, motion: Motion) -> Result<(), Exhausted> {
+        let before = self.motions.last;
+        let motion = self.motions.code(symbols, motion);
+        self.motions.last = motion;
+        for (last, current) in self.last.iter().zip(&mut self.current) {
+            let turned = Turned::new(last, before, motion);
+            self.sweep.code(symbols, &mut self.models, &turned, current)?;
+        }
+        Ok(())
+    }
+
+    /// The current delta becomes the last.
+    pub(super) fn advance(&mut self) {
+        core::mem::swap(&mut self.last, &mut self.current);
+        self.current.iter_mut().for_each(Plane::clear);
+    }
+
+    /// Codes differences of which nothing is foretold.
+    ///
+    /// # Errors
+    /// [`Exhausted`], when reading.
+    pub(super) fn code_alone(
+        symbols: &mut impl Symbols,
+        models: &mut Models,
+        planes: &mut [Plane],
+    ) -> Result<(), Exhausted> {
+        let mut sweep = Sweep::default();
+        for plane in planes {
+            let nothing = Plane::unchanged(plane.layout());
+            sweep.code(symbols, models, &Turned::new(&nothing, Motion::default(), Motion::default()), plane)?;
+        }
+        Ok(())
+    }
+
+    /// Codes all that is remembered, by models that the differences before it have taught.
+    ///
+    /// # Errors
+    /// [`Exhausted`], when reading; what is remembered is then of no use.
+    pub(super) fn code_state(&mut self, symbols: &mut impl Symbols, models: &mut Models) -> Result<(), Exhausted> {
+        Self::code_alone(symbols, models, &mut self.last)?;
+        self.motions.code_state(symbols);
+        self.models.code_state(symbols);
+        Ok(())
+    }
+}

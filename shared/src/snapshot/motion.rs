@@ -1,0 +1,212 @@
+//! How far the wheel turned from one delta to the next, and the last delta turned on by as much.
+//!
+//! The tool stands in the room while the pot turns under it, so that what changes now is what changed last, a few columns
+//! farther. Integers only.
+//! Invariant: author and replica turn the same delta to the same numbers.
+
+use alloc::vec::Vec;
+
+use wide::i16x8;
+
+use super::coder::{BitModel, Symbols};
+use super::plane::Plane;
+use crate::clay::{GridShape, Phase};
+use crate::units::Tick;
+
+/// When a snapshot is taken, and how the wheel stands then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Moment {
+    /// The tick at whose end it is taken.
+    pub tick: Tick,
+    /// The wheel's phase at that tick.
+    pub phase: Phase,
+}
+
+/// How far the wheel turned and how long the clay changed from one delta to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Motion {
+    /// Part of a turn, 2¹⁶ a whole one.
+    turn: u16,
+    /// Ticks, as many as a byte holds.
+    ticks: u8,
+}
+
+impl Motion {
+    /// As three bytes.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; 3] {
+        let [low, high] = self.turn.to_le_bytes();
+        [low, high, self.ticks]
+    }
+
+    /// What [`Motion::to_bytes`] made bytes of.
+    #[must_use]
+    pub const fn from_bytes([low, high, ticks]: [u8; 3]) -> Self {
+        Self { turn: u16::from_le_bytes([low, high]), ticks }
+    }
+
+    /// From the wheel's phase at the last delta to the one now, in which clay changed for so many ticks.
+    pub(super) fn new(before: Phase, now: Phase, ticks: u64) -> Self {
+        let turn = now.0.wrapping_sub(before.0).wrapping_add(1 << 15) >> 16;
+        Self { turn: turn as u16, ticks: ticks.min(255) as u8 }
+    }
+}
+
+/// The last delta's motion and those that came before it, since snapshots are taken in a rhythm of few.
+#[derive(Clone, Debug)]
+pub(super) struct Motions {
+    /// Motion of the last delta.
+    pub(super) last: Motion,
+    /// The latest two that differ, latest first.
+    recent: [Motion; 2],
+    is_known: [BitModel; 2],
+}
+
+impl Motions {
+    pub(super) const fn new() -> Self {
+        let still = Motion { turn: 0, ticks: 0 };
+        Self { last: still, recent: [still; 2], is_known: [BitModel::EVEN; 2] }
+    }
+
+    pub(super) fn code(&mut self, symbols: &mut impl Symbols, motion: Motion) -> Motion {
+        let [first, second] = self.recent;
+        let [is_first, is_second] = &mut self.is_known;
+        let motion = if symbols.bit(is_first, motion == first) {
+            first
+        } else if symbols.bit(is_second, motion == second) {
+            second
+        } else {
+            Self::code_raw(symbols, motion)
+        };
+        if motion != first {
+            self.recent = [motion, first];
+        }
+        motion
+    }
+
+    fn code_raw(symbols: &mut impl Symbols, motion: Motion) -> Motion {
+        let turn = symbols.raw(motion.turn.into(), 16) as u16;
+        Motion { turn, ticks: symbols.raw(motion.ticks.into(), 8) as u8 }
+    }
+
+    /// Codes what it holds, so that another can go on from there.
+    pub(super) fn code_state(&mut self, symbols: &mut impl Symbols) {
+        for motion in core::iter::once(&mut self.last).chain(&mut self.recent) {
+            *motion = Self::code_raw(symbols, *motion);
+        }
+        for model in &mut self.is_known {
+            model.code_state(symbols);
+        }
+    }
+}
+
+/// Parts of a quantum in which a foretold difference is counted.
+pub(super) const PARTS: i32 = 8;
+/// Largest difference that is foretold, in quanta.
+const FORETOLD_MAX: i16 = 1023;
+
+/// The last delta of a surface, turned on and scaled to the time that passed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turned<'a> {
+    last: &'a Plane,
+    columns: u32,
+    /// Columns from where something is foretold to where it was, the rest in 2⁻¹⁵.
+    step: u32,
+    rest: i32,
+    /// 2⁻¹⁵ by which more, or less, changes than last time, since more or less time passed.
+    more: i32,
+}
+
+impl<'a> Turned<'a> {
+    pub(super) fn new(last: &'a Plane, before: Motion, motion: Motion) -> Self {
+        let columns = last.layout().shape().columns();
+        let way = u32::from(motion.turn) * columns;
+        let more = match (i32::from(before.ticks), i32::from(motion.ticks)) {
+            (0, _) | (_, 0) => 0,
+            // at most half or twice as much
+            (before, now) => ((now - before) * (1 << 15) / before).clamp(-(1 << 14), (1 << 15) - 1),
+        };
+        Self { last, columns, step: way >> 16, rest: (way >> 1 & 0x7fff) as i32, more }
+    }
+
+    /// Says of which tiles something is foretold.
+    pub(super) fn mark_into(&self, is_foretold: &mut Vec<bool>) {
+        let layout = self.last.layout();
+        is_foretold.clear();
+        is_foretold.resize(layout.tiles() as usize, false);
+        for &tile in self.last.tiles() {
+            let window = layout.window(tile);
+            // one more before it, since what is foretold lies between two columns
+            let first = window.first_column + 2 * self.columns - self.step - 1;
+            for along in [0, window.columns / 2, window.columns] {
+                let column = (first + along) % self.columns;
+                is_foretold[layout.tile_at(column, window.first_row) as usize] = true;
+            }
+        }
+    }
+
+    /// Writes what is foretold for the given rows of a column, in parts of a quantum.
+    pub(super) fn column_into(&self, column: u32, rows: core::ops::Range<usize>, foretold: &mut [i16]) {
+        let from = (column % self.columns + self.step) % self.columns;
+        let near = &self.last.column(from)[rows.clone()];
+        let far = &self.last.column((from + 1) % self.columns)[rows];
+        for ((value, &near), &far) in foretold.iter_mut().zip(near).zip(far) {
+            let near = i32::from(near.clamp(-FORETOLD_MAX, FORETOLD_MAX)) * PARTS;
+            let far = i32::from(far.clamp(-FORETOLD_MAX, FORETOLD_MAX)) * PARTS;
+            let between = near + (((far - near) * self.rest + (1 << 14)) >> 15);
+            *value = (between + ((between * self.more + (1 << 14)) >> 15)) as i16;
+        }
+    }
+}
+
+/// Rows of a column with one below, one above and what eight lanes may reach beyond.
+pub(super) const fn padded_rows(shape: GridShape) -> usize {
+    shape.rows() as usize + 2 + 8
+}
+
+/// Three neighbouring columns of what is foretold, padded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Foretold {
+    before: Vec<i16>,
+    pub(super) here: Vec<i16>,
+    after: Vec<i16>,
+}
+
+impl Foretold {
+    /// Begins at a column; `rows` are those that will be asked for.
+    pub(super) fn begin(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
+        let length = padded_rows(turned.last.layout().shape());
+        for part in [&mut self.before, &mut self.here, &mut self.after] {
+            part.clear();
+            part.resize(length, 0);
+        }
+        turned.column_into(column + turned.columns - 1, rows.clone(), &mut self.here[rows.start + 1..]);
+        turned.column_into(column, rows.clone(), &mut self.after[rows.start + 1..]);
+    }
+
+    /// Moves on, so that `column` is the middle one.
+    pub(super) fn advance(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
+        core::mem::swap(&mut self.before, &mut self.here);
+        core::mem::swap(&mut self.here, &mut self.after);
+        turned.column_into(column + 1, rows.clone(), &mut self.after[rows.start + 1..]);
+    }
+
+    /// Eight rows of the column before, from a padded one on.
+    pub(super) fn before(&self, row: usize) -> i16x8 {
+        eight(&self.before, row)
+    }
+
+    /// The same of the middle one.
+    pub(super) fn here(&self, row: usize) -> i16x8 {
+        eight(&self.here, row)
+    }
+
+    /// The same of the one after it.
+    pub(super) fn after(&self, row: usize) -> i16x8 {
+        eight(&self.after, row)
+    }
+}
+
+fn eight(column: &[i16], row: usize) -> i16x8 {
+    i16x8::new(*column[row..].first_chunk().expect("columns are padded"))
+}

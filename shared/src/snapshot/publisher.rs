@@ -1,0 +1,90 @@
+//! The writing end of a chain of snapshots, at any quantum.
+//!
+//! Owns grids, versions and what the chain remembers; where the steps come from is for `author` and `tier` to know.
+//! Invariant: a tile's version is that of the last snapshot in which it changed.
+
+use alloc::vec::Vec;
+
+use super::chain::Chain;
+use super::coder::Encoder;
+use super::grid::QuantisedGrid;
+use super::models::Models;
+use super::motion::{Moment, Motion};
+use super::plane::Plane;
+use super::{Delta, Version};
+
+/// Grids with their versions, and the deltas that lead from one to the next.
+#[derive(Clone, Debug)]
+pub(super) struct Publisher {
+    grids: Vec<QuantisedGrid>,
+    /// `[surface][tile]`.
+    versions: Vec<Vec<Version>>,
+    latest: Version,
+    chain: Chain,
+    /// When the last delta was made, and when one was last asked for.
+    last: Moment,
+    asked: Moment,
+}
+
+impl Publisher {
+    pub(super) fn new(grids: Vec<QuantisedGrid>) -> Self {
+        let versions = grids.iter().map(|grid| alloc::vec![Version(0); grid.layout().tiles() as usize]).collect();
+        let chain = Chain::new(grids.iter().map(QuantisedGrid::layout));
+        Self { grids, versions, latest: Version(0), chain, last: Moment::default(), asked: Moment::default() }
+    }
+
+    pub(super) const fn latest(&self) -> Version {
+        self.latest
+    }
+
+    pub(super) fn grids(&self) -> &[QuantisedGrid] {
+        &self.grids
+    }
+
+    pub(super) fn version_of(&self, surface: usize, tile: u32) -> Version {
+        self.versions[surface][tile as usize]
+    }
+
+    /// Takes the steps of one tile for the next snapshot, column by column.
+    pub(super) fn stage(&mut self, surface: usize, tile: u32, steps: &[u16]) {
+        if self.grids[surface].replace_tile(tile, steps, &mut self.chain.current[surface]) {
+            self.versions[surface][tile as usize] = self.latest.next();
+        }
+    }
+
+    /// The delta of all that was staged; `None` when nothing changed.
+    pub(super) fn finish(&mut self, now: Moment) -> Option<Delta> {
+        let motion = Motion::new(self.last.phase, now.phase, now.tick.0.saturating_sub(self.asked.tick.0));
+        self.asked = now;
+        if self.chain.current.iter().all(|plane| plane.tiles().is_empty()) {
+            return None;
+        }
+        self.last = now;
+        self.latest = self.latest.next();
+        Some(Delta { version: self.latest, bytes: self.chain.encode(motion), motion })
+    }
+
+    /// Every tile that changed since `have` and the `wanted` ones, as differences to the untouched pot, and what the chain
+    /// remembers: leads from `have` to the newest.
+    pub(super) fn keyframe(&self, have: Version, wanted: &[u32]) -> Vec<u8> {
+        let mut encoder = Encoder::new();
+        let mut models = Models::new();
+        let mut planes = Vec::new();
+        let mut first_tile = 0;
+        for (surface, grid) in self.grids.iter().enumerate() {
+            let mut plane = Plane::unchanged(grid.layout());
+            for tile in 0..grid.layout().tiles() {
+                if self.versions[surface][tile as usize] > have || wanted.contains(&(first_tile + tile)) {
+                    grid.since_untouched(tile, &mut plane);
+                }
+            }
+            plane.steepen();
+            first_tile += grid.layout().tiles();
+            planes.push(plane);
+        }
+        Chain::code_alone(&mut encoder, &mut models, &mut planes).expect("writing meets no end");
+        let mut chain = self.chain.clone();
+        chain.code_state(&mut encoder, &mut models).expect("writing meets no end");
+        encoder.finish()
+    }
+}
