@@ -1,14 +1,14 @@
-//! Where the constants of the studio's own clay come from: its law fitted to finite-element dents of a backed wall.
+//! Where the constants of the studio's own clay come from: its law fitted to finite-element dents of a backed wall, and what
+//! a sliding tool adds to it to finite-element strokes.
 //!
-//! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes, which nothing
-//! is fitted to but one share, are [`strokes`]'.
+//! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes [`strokes`]'.
 //! Invariant: the same dents, start and number of iterations give the same constants, bit for bit.
 
 pub mod dents;
 pub mod simplex;
 pub mod strokes;
 
-use pottery_shared::clay::{PlasticCsem, PlasticLaw};
+use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 
 use crate::dent::DentError;
 use crate::reference::BadProfile;
@@ -42,33 +42,75 @@ pub enum FitError {
 const STEPS_IN: u32 = 60;
 /// Score of constants with which the law makes no sense: worse than any that does.
 const OUT_OF_RANGE: f64 = 10.0;
-/// Weights of the dent that stays, of the force, and of the force of a dent of 4 mm: a hand hardly goes so deep, and the law,
-/// whose force is 7 to 14 % too large there, shall not bend for it elsewhere.
+/// Weights of the dent that stays and of the force.
 const PERMANENT: f64 = 1.5;
 const FORCE: f64 = 0.7;
-const DEEP_FORCE: f64 = 0.2;
-/// From here on a dent is deep, mm.
-const DEEP_MM: f32 = 3.0;
 
-/// Constants that are free, in this order; `rim_end` and `slide_share` are held.
-pub const FREE: [&str; 6] =
-    ["hardness", "recovery", "rim_strain", "rim_width", "hardness_by_stiffness", "hardness_by_slope"];
+/// Constants that dents are fitted with, in this order; `rim_end` is held.
+pub const FREE: [&str; 11] = [
+    "hardness",
+    "hardness_by_slope",
+    "hardness_by_layer",
+    "hardness_strain",
+    "recovery",
+    "recovery_by_layer",
+    "recovery_edge",
+    "sink_width",
+    "rim_strain",
+    "rim_width",
+    "rim_around",
+];
 
 /// The free constants of a law.
 #[must_use]
-pub fn free(law: &PlasticLaw) -> [f64; 6] {
-    [law.hardness, law.recovery, law.rim_strain, law.rim_width, law.hardness_by_stiffness, law.hardness_by_slope]
-        .map(f64::from)
+pub fn free(law: &PlasticLaw) -> [f64; 11] {
+    [
+        law.hardness,
+        law.hardness_by_slope,
+        law.hardness_by_layer,
+        law.hardness_strain,
+        law.recovery,
+        law.recovery_by_layer,
+        law.recovery_edge,
+        law.sink_width,
+        law.rim_strain,
+        law.rim_width,
+        law.rim_around,
+    ]
+    .map(f64::from)
 }
 
 /// The law with these free constants and what is held of another; `None` where it makes no sense.
 #[must_use]
-pub fn law_of(free: [f64; 6], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [hardness, recovery, rim_strain, rim_width, hardness_by_stiffness, hardness_by_slope] =
-        free.map(|value| value as f32);
-    let sense = hardness > 0.5 && recovery > 0.05 && rim_strain > 1.0 && rim_width > 0.05;
-    let law =
-        PlasticLaw { hardness, hardness_by_stiffness, hardness_by_slope, recovery, rim_strain, rim_width, ..*held };
+pub fn law_of(free: [f64; 11], held: &PlasticLaw) -> Option<PlasticLaw> {
+    let [
+        hardness,
+        hardness_by_slope,
+        hardness_by_layer,
+        hardness_strain,
+        recovery,
+        recovery_by_layer,
+        recovery_edge,
+        sink_width,
+        rim_strain,
+        rim_width,
+        rim_around,
+    ] = free.map(|value| value as f32);
+    let sense = hardness > 0.5 && recovery > 0.05 && sink_width > 0.01 && rim_strain > 1.0 && rim_width > 0.05;
+    let law = PlasticLaw {
+        hardness,
+        hardness_by_slope,
+        hardness_by_layer,
+        hardness_strain,
+        recovery,
+        recovery_by_layer,
+        recovery_edge,
+        sink_width,
+        rim_strain,
+        rim_width,
+        rim_around,
+        ..*held
+    };
     sense.then_some(law)
 }
 
@@ -94,8 +136,7 @@ impl Misfit {
         let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
         let (permanent, loaded) = (known.difference(&pressed, true), known.difference(&pressed, false));
         let force = (f64::from(pressed.contact().force_n.x) - known.force_n) / known.largest_force_n;
-        let weight = if known.dent.depth.as_mm() < DEEP_MM { FORCE } else { DEEP_FORCE };
-        let score = PERMANENT * permanent + loaded + weight * force.abs();
+        let score = PERMANENT * permanent + loaded + FORCE * force.abs();
         Ok(Self { permanent, loaded, force, score })
     }
 }
@@ -108,10 +149,27 @@ pub fn misfits(law: PlasticLaw, known: &[KnownDent]) -> Result<Vec<Misfit>, FitE
     known.iter().map(|known| Misfit::of(law, known)).collect()
 }
 
-/// Mean score of some misfits: `1.5·RMS permanent + RMS loaded + 0.7·|force error|`, the force 0.2 when deep.
+/// Mean score of some misfits: `1.5·RMS permanent + RMS loaded + 0.7·|force error|`.
 #[must_use]
 pub fn score(misfits: &[Misfit]) -> f64 {
     misfits.iter().map(|misfit| misfit.score).sum::<f64>() / misfits.len().max(1) as f64
+}
+
+/// Constants of a sliding tool, in this order.
+pub const SLIDING: [&str; 5] = ["slide_bottom", "slide_strain", "slide_width", "slide_open", "slide_soft"];
+
+/// The sliding constants of a law.
+#[must_use]
+pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
+    [law.slide_bottom, law.slide_strain, law.slide_width, law.slide_open, law.slide_soft].map(f64::from)
+}
+
+/// The law with these sliding constants; `None` where it makes no sense.
+#[must_use]
+pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
+    let [slide_bottom, slide_strain, slide_width, slide_open, slide_soft] = sliding.map(|value| value as f32);
+    let sense = (0.05..=1.0).contains(&slide_bottom) && slide_width > 0.05 && slide_soft < 1.0;
+    sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_width, slide_open, slide_soft, ..*held })
 }
 
 /// What a fit found.
@@ -134,10 +192,39 @@ pub fn fit(
     iterations: u32,
     tell: impl FnMut(u32, f64),
 ) -> Result<Fitted, FitError> {
-    let rated = |values: [f64; 6]| match law_of(values, &start) {
+    let rated = |values: [f64; FREE.len()]| match law_of(values, &start) {
         Some(law) => misfits(law, known).map(|misfits| score(&misfits)),
         None => Ok(OUT_OF_RANGE),
     };
     let found = simplex::descend(free(&start), iterations, rated, tell)?;
     Ok(Fitted { law: law_of(found.at, &start).unwrap_or(start), score: found.value })
+}
+
+/// Score of the strokes of a law: fourth root of the mean fourth power of their `RMS groove + 0.3·|force error|`, so that the worst
+/// counts most.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged.
+pub fn strokes_score(law: PlasticLaw, grid: GridShape) -> Result<f64, FitError> {
+    let drawn = strokes::draw(PlasticCsem { law }, grid)?;
+    let powers = drawn.iter().map(|figures| figures.score().powi(4));
+    Ok((powers.sum::<f64>() / drawn.len() as f64).powf(0.25))
+}
+
+/// Fits the sliding constants to the strokes, with all else of `start` held.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged.
+pub fn fit_strokes(
+    start: PlasticLaw,
+    grid: GridShape,
+    iterations: u32,
+    tell: impl FnMut(u32, f64),
+) -> Result<Fitted, FitError> {
+    let rated = |values: [f64; SLIDING.len()]| match sliding_law(values, &start) {
+        Some(law) => strokes_score(law, grid),
+        None => Ok(OUT_OF_RANGE),
+    };
+    let found = simplex::descend(sliding(&start), iterations, rated, tell)?;
+    Ok(Fitted { law: sliding_law(found.at, &start).unwrap_or(start), score: found.value })
 }

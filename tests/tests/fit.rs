@@ -23,26 +23,35 @@ fn the_simplex_finds_the_bottom_of_a_bent_valley() {
 fn the_fit_finds_the_constants_that_made_the_dents() {
     let grid = GridShape::new(180, 200).unwrap();
     let truth = PlasticLaw {
-        hardness: 2.0,
-        hardness_by_stiffness: 0.35,
-        hardness_by_slope: 0.25,
-        recovery: 1.25,
+        hardness: 2.6,
+        hardness_by_slope: 0.3,
+        hardness_by_layer: 0.17,
+        hardness_strain: 5.0,
+        recovery: 1.2,
+        recovery_by_layer: 0.55,
+        recovery_edge: 0.25,
+        sink_width: 0.25,
         rim_strain: 130.0,
         rim_width: 0.65,
+        rim_around: 0.9,
         ..PlasticLaw::FITTED
     };
-    // both slopes of the hardness need clays and balls that differ
+    // what a constant does has to show: clays, balls, depths and walls that differ
     let made = [
         (BASE, 1.0),
         (BASE, 2.0),
+        (BASE, 4.0),
         (Scene { youngs_mpa: 5.0, ..BASE }, 2.0),
         (Scene { yield_kpa: 80.0, ..BASE }, 2.0),
         (Scene { tool_mm: 20.0, ..BASE }, 2.0),
+        (Scene { pot_mm: [60.0, 5.0], ..BASE }, 2.0),
+        (Scene { pot_mm: [60.0, 14.0], ..BASE }, 2.0),
     ]
     .map(|(scene, depth_mm)| KnownDent::of_law(truth, &scene, grid, depth_mm).unwrap());
-    let found = fit::fit(PlasticLaw::FITTED, &made, 300, |_, _| {}).unwrap();
+    // a simplex of twelve corners becomes flat before it is at the bottom; begun anew it goes on
+    let found = (0..4).fold(PlasticLaw::FITTED, |law, _| fit::fit(law, &made, 250, |_, _| {}).unwrap().law);
     println!("{found:?}");
-    for ((name, wanted), got) in FREE.iter().zip(fit::free(&truth)).zip(fit::free(&found.law)) {
+    for ((name, wanted), got) in FREE.iter().zip(fit::free(&truth)).zip(fit::free(&found)) {
         println!("{name}: {got:.4}, made with {wanted:.4}");
         // whole elements come into contact and leave it, which makes the score a little rough
         assert!((got / wanted - 1.0).abs() < 0.02, "{name}: {got:.4} instead of {wanted:.4}");

@@ -1,11 +1,12 @@
-//! The studio's own clay against finite-element strokes, which only one of its constants was chosen by.
+//! The studio's own clay against finite-element strokes: two balls that five of its constants were fitted to, and one that is
+//! held out.
 //!
 //! Owns what holds under a tool that slides; `reference.rs` has the tool that stands.
 //! Invariant: the law is the one in use, with every constant that a still tool meets.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use pottery_shared::clay::{GridShape, MethodKind, PlasticCsem, PlasticLaw};
-use pottery_tests::fit::strokes::{StrokeFigures, draw};
+use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_held_out};
 
 fn ours() -> Vec<StrokeFigures> {
     draw(MethodKind::Plastic, GridShape::PAPER).unwrap()
@@ -24,32 +25,36 @@ fn grooves_are_nearer_to_the_reference_than_those_of_the_published_methods() {
     }
 }
 
-#[test]
-fn a_sliding_tool_is_pushed_back_with_the_reference_force() {
-    let figures = ours();
-    let largest_n = |name| {
-        figures
-            .iter()
-            .filter(|stroke| stroke.name == name)
-            .map(|stroke| stroke.reference_force_n[0])
-            .fold(0.0, f64::max)
-    };
-    for stroke in &figures {
-        let off = (stroke.force_n[0] - stroke.reference_force_n[0]) / largest_n(stroke.name);
+/// Grooves of a first pass within 6 % of the depth and of a second one within 8 %, forces within 5 %.
+fn assert_near(figures: &[StrokeFigures]) {
+    for stroke in figures {
         println!(
-            "{} {}: {:.2?} N, reference {:.2?} N",
-            stroke.name, stroke.number, stroke.force_n, stroke.reference_force_n
+            "{} {}: groove {:.4}, force {:+.4}: {:.2?} N, reference {:.2?} N",
+            stroke.name,
+            stroke.number,
+            stroke.groove,
+            stroke.force(),
+            stroke.force_n,
+            stroke.reference_force_n
         );
-        // 5 % of the largest, as for a still tool. Beside its own groove the small ball meets clay that the law has raised
-        // too little, and is pushed back by 8 % less
-        let held = stroke.number == 1 || stroke.name == "stroke_ball20_d1f4";
-        assert!(!held || off.abs() < 0.05, "{stroke:?}");
+        assert!(stroke.groove < if stroke.number == 1 { 0.06 } else { 0.08 }, "{stroke:?}");
+        assert!(stroke.force().abs() < 0.05, "{stroke:?}");
     }
 }
 
 #[test]
+fn a_sliding_tool_leaves_the_reference_s_groove_and_is_pushed_back_with_its_force() {
+    assert_near(&ours());
+}
+
+#[test]
+fn so_does_a_ball_that_nothing_was_fitted_to() {
+    assert_near(&draw_held_out(MethodKind::Plastic, GridShape::PAPER).unwrap());
+}
+
+#[test]
 fn clay_rises_beside_a_groove() {
-    let without = PlasticCsem { law: PlasticLaw { slide_share: 0.0, ..PlasticLaw::FITTED } };
+    let without = PlasticCsem { law: PlasticLaw { slide_strain: 1.0, slide_open: 0.0, ..PlasticLaw::FITTED } };
     for (with, without) in ours().iter().zip(draw(without, GridShape::PAPER).unwrap()) {
         let [ours_mm, theirs_mm] = with.highest_mm;
         println!("{} {}: rises {ours_mm:.3} mm, reference {theirs_mm:.3} mm", with.name, with.number);

@@ -23,11 +23,13 @@ pub struct Contact {
 
 /// How far clay gives way while a tool presses on it, and springs back when it is gone.
 ///
-/// `e(q²)` over the depth e₀ in the middle, under an even pressure on the contact's ellipse:
-/// - on a core: `1 − 0.35·q² − 0.14·q⁶` inside and `0.51·(Q − q²)/((Q − 1)·(1 + (q² − 1)/0.7))` outside, Q = 7.5: within 0.03 of
-///   the integral `2p/E*·∫ a·J₁(ka)·J₀(kr)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk`, on a layer that slides on a rigid base
-///   and is twice as thick as the contact's radius;
-/// - with nothing behind: `1 − 0.25·q² − 0.113·q⁶` inside and `1/(2q)·(1 + 1/(8q²) + 0.15/q⁸)` outside, a half-space's within 0.01
+/// `e(q²)` over the depth e₀ in the middle, with n and m its bowl:
+/// - inside of the contact `1 − n·q² − m·q⁶`;
+/// - outside on a core `0.51·(Q − q²)/((Q − 1)·(1 + (q² − 1)/w))`, Q = 7.5. On a layer that slides on a rigid base and is twice as
+///   thick as the contact's radius, an even pressure makes n = 0.35, m = 0.14 and w = 0.7, within 0.03 of the integral
+///   `2p/E*·∫ a·J₁(ka)·J₀(kr)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk`; clay that flows on a thinner one gives way more evenly and
+///   within narrower bounds (`PlasticLaw`);
+/// - with nothing behind: n = 0.25, m = 0.113 and `1/(2q)·(1 + 1/(8q²) + 0.15/q⁸)` outside, a half-space's within 0.01
 ///   (Johnson 1985, section 3.4) and a free layer's within 0.06, its bending as a plate left to [`Sink::bend`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sink {
@@ -45,20 +47,16 @@ pub struct Sink {
     pub depth_m: f32,
     /// What stands behind the clay.
     pub support: Support,
+    /// The factors n and m inside of the contact.
+    pub bowl: [f32; 2],
+    /// The width w outside, in q².
+    pub width: f32,
     /// Radial force on a wall with nothing behind it, over Young's modulus, positive towards the axis, m².
     pub load_m2: f32,
 }
 
 impl Sink {
     const END: f32 = 7.5;
-
-    /// The factors of −q² and −q⁶ inside of the contact.
-    pub(super) const fn bowl(support: Support) -> [f32; 2] {
-        match support {
-            Support::Backed => [0.35, 0.14],
-            Support::Hollow => [0.25, 0.113],
-        }
-    }
 
     /// How the whole wall bends with it, to be added to its depth; nothing on a backed wall.
     #[must_use]
@@ -75,13 +73,13 @@ impl Sink {
         let (across, up) = (away * self.radius_m / self.half_arc_m, (z_m - self.z_m) / self.half_height_m);
         let q2 = across * across + up * up;
         let share = if q2 < 1.0 {
-            let [near, edge] = Self::bowl(self.support);
+            let [near, edge] = self.bowl;
             1.0 - q2 * (near + edge * q2 * q2)
         } else if self.support == Support::Hollow {
             let over = 1.0 / q2;
             0.5 * libm::sqrtf(over) * (1.0 + over * (0.125 + 0.15 * over * over * over))
         } else if q2 < Self::END {
-            0.51 * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / 0.7))
+            0.51 * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / self.width))
         } else {
             0.0
         };

@@ -9,83 +9,40 @@ use wide::f32x8;
 use super::bending::POISSON;
 use super::contact::{Chunk, Column, Contacts, Stretch, root, sum};
 use super::ellipse::{Ellipse, Moments, Step};
-use super::rim::Rim;
+use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
+use super::rim::{Rim, RimShape};
 use super::series::{Asked, GivenWay};
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Press, Sink, Support, Surface, Window};
+use super::{Contact, Footprint, Method, Press, Sink, Strength, Support, Surface, Window};
 use crate::tool::{Side, Tool};
 
 /// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
 pub(super) const STEEPEST: f32 = 0.5;
 
-/// Least slope that the law has been seen with: a flat of one element has none.
-const SLOPE_MIN: f32 = 0.02;
-/// Pressure at which clay begins to flow under a blunt tool, over its yield stress: 1.1, Johnson 1985.
-const HARDNESS_MIN: f32 = 1.1;
-
-/// The constants of the law, all without unit.
-///
-/// Fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12 and 20 mm, 1 to 4 mm deep, pots of
-/// 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlasticLaw {
-    /// Indentation pressure over yield stress at E*/σ_y = 60 and a slope of ½; Tabor 1951 has 2.8 for a half-space.
-    pub hardness: f32,
-    /// Its rise with ln(E*/σ_y) and with the logarithm of the slope at the contact's edge, as in Johnson's model of an
-    /// expanding cavity (1970), where both are ⅔.
-    pub hardness_by_stiffness: f32,
-    /// See `hardness_by_stiffness`.
-    pub hardness_by_slope: f32,
-    /// Elastic depth over that of an even pressure on a layer.
-    pub recovery: f32,
-    /// Strain over yield strain at which 1 − 1/e of the displaced volume has come back as a rim.
-    pub rim_strain: f32,
-    /// Width w of the rim's crest, in q².
-    pub rim_width: f32,
-    /// Outer end Q of the rim, in q².
-    pub rim_end: f32,
-    /// Share of what a rim leaves that rises beside a sliding tool.
-    pub slide_share: f32,
-}
-
-impl PlasticLaw {
-    /// What `accuracy-chart fit` found.
-    pub const FITTED: Self = Self {
-        hardness: 2.145,
-        hardness_by_stiffness: 0.304,
-        hardness_by_slope: 0.297,
-        recovery: 1.117,
-        rim_strain: 164.8,
-        rim_width: 0.784,
-        rim_end: 4.0,
-        slide_share: 0.4,
-    };
-}
-
-impl Default for PlasticLaw {
-    fn default() -> Self {
-        Self::FITTED
-    }
-}
-
 /// Elastic-plastic clay with a rim.
 ///
 /// With p the penetration, A the area of an element, a = √(a_θ·a_z) the radius of the contact, whose half axes follow from
-/// its second moments, s the tool's slope at its edge (a/R for a sphere), t the clay's thickness behind the surface,
-/// E* = E/(1 − ν²) and X = s·E*/σ_y the strain over the yield strain:
-/// - pressure: `H = σ_y·(h + h₁·ln(E*/(60·σ_y)) + h₂·ln(2s))`;
-/// - springs back: `e(q²) = c·e₀·(1 − 0.35·q² − 0.14·q⁶)`, `e₀ = (H/E*)·2a/(1 + 0.62·a/t + 0.38·(a/t)²)`, the elastic depth under
-///   an even pressure on a layer that slides on a rigid base ([`Sink`] tells it outside of the contact too);
+/// its second moments, s the tool's slope at its edge (a/R for a small sphere), r the clay's radius, t its thickness behind the
+/// surface, E* = E/(1 − ν²) and X = s·E*/σ_y the strain over the yield strain:
+/// - pressure: `H = σ_y·(h − h_s·s² − h_t·a/t)·X/(X + X₁)`, at least 1.1·σ_y: an elastic contact, whose pressure is as s·E*, in
+///   series with one that flows wholly (Tabor 1951), which a steep tool and a thin layer lower;
+/// - springs back: `e(q²) = c·e₀·(1 − n·q² − m·q⁶)`, `e₀ = (H/E*)·2a/(1 + 0.62·a/t + 0.38·(a/t)²)`, the elastic depth under
+///   an even pressure on a layer that slides on a rigid base ([`Sink`] tells it outside of the contact too). Where the clay flows
+///   down to that base it gives way more evenly: `n = 0.35 − n_t·(a/t − ½)⁺`;
 /// - yields: `Δr = −(1 − exp(−dt/τ))·(p − e)⁺`;
-/// - force: the pressure `H/0.79·min(p/(c·e₀), 1)` along the tool's normal, so that it saturates as clay does, with the mean H
-///   where all yields (0.79 is the mean of `e(q²)/(c·e₀)`). While nothing yields it is within 6 % of Hertz's `4/3·E*·√R·δ^1.5`;
+/// - force: the pressure `H/μ·min(p, e)/(c·e₀)` along the tool's normal, so that it saturates as clay does, with the mean H
+///   where all yields, however fast (μ is the mean of `e(q²)/(c·e₀)`). While nothing yields it is 3 % above Hertz's
+///   `4/3·E*·√R·δ^1.5`;
 /// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·I)` for 1 < q² < Q, `κ = (Q − q²)/(1 + ((q² − 1)/w)²)`, U = Q − 1,
 ///   `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`, with the half axes a_θ, a_z of the volume ΔV that yields (a paraboloid of half
 ///   axis a has the variance a²/6). Of a dent of volume V, `1 − exp(−X/X₀)` has come back in the end; since V grows with X⁴, it
-///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height.
+///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height. It rises more to both
+///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
-///   80 mm/s, clay springs back at the flanks of the groove and not at its bottom, `e·(1 − σ + σ·v²)`, v the distance aside over
-///   the half axis, no less than 0.15·e, and `β + 0.4·(1 − β)·σ` of it rises;
+///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
+///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is half as wide. Where the contact leans to
+///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.85·o` of what else
+///   would not rise does, and the pressure is less by 0.2·o;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E` (see [`super::WallBending`]), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
@@ -140,20 +97,19 @@ impl PlasticCsem {
             None => self.bend_and_meet(surface, press, &step, &Faceted, contacts),
         };
         let contacts = &scratch.contacts;
-        let Some(Met { spot, pressure_pa, strain }) = met else {
+        let Some(Met { spot, pressure_pa, strain, around }) = met else {
             return Contact::default();
         };
-        let Spot { ellipse, slide, .. } = spot;
+        let Spot { ellipse, slide, open, .. } = spot;
         let carried = match &round {
             Some(round) => yields(press, &spot, contacts, round, &mut scratch.pushes),
             None => yields(press, &spot, contacts, &Faceted, &mut scratch.pushes),
         };
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
-            let share = self.rim_share(strain);
-            let share = share + (1.0 - share) * self.law.slide_share * slide.share;
-            let volume_m3 = -share * dent.content;
-            let rim = Rim { dent: &dent, volume_m3, slide, tool_z_m: press.centre_m.z };
-            rim.lay(surface, contacts, &self.law, &mut scratch.rim, footprint);
+            let volume_m3 = -self.law.rim_share(strain, slide.share, open) * dent.content;
+            let shape = RimShape::new(&self.law, slide, outwards(press.side) * around);
+            let rim = Rim { dent: &dent, volume_m3, shape, tool_z_m: press.centre_m.z };
+            rim.lay(surface, contacts, &mut scratch.rim, footprint);
             let mut pushes = scratch.pushes.as_slice();
             for stretch in contacts.stretches() {
                 let (of_column, rest) = pushes.split_at(stretch.chunks.len());
@@ -173,6 +129,8 @@ impl PlasticCsem {
                 half_height_m: ellipse.half_height_m,
                 depth_m: spot.elastic_m * carried.all / spot.mean() * step.element_rad_m / ellipse.content,
                 support: surface.support(),
+                bowl: spot.bowl,
+                width: self.law.sink_width(spot.layer),
                 load_m2,
             }),
         }
@@ -202,22 +160,41 @@ impl PlasticCsem {
         penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
     ) -> Option<Met> {
         let (ellipse, slope) = contact_ellipse(contacts, step, face, penetration_m)?;
-        let youngs_reduced_pa = press.strength.youngs_pa / (1.0 - POISSON * POISSON);
-        let stiffness = youngs_reduced_pa / press.strength.yield_pa;
-        let hardness_pa = press.strength.yield_pa * self.hardness(stiffness, slope);
-        let depth_m = match surface.support() {
-            Support::Backed => layer_depth_m(ellipse.mean_half_m(), surface.thickness_m()),
-            // within a sixth of a layer with both faces free, whose bending as a plate is the shell's
-            Support::Hollow => 2.0 * ellipse.mean_half_m(),
+        let slide = Slide::of(press, &ellipse);
+        Some(self.met(ellipse, slope, slide, press.strength, surface.support(), surface.thickness_m()))
+    }
+
+    /// What clay opposes to a contact under which the tool has a slope at its edge.
+    pub(super) fn met(
+        &self,
+        ellipse: Ellipse,
+        slope: f32,
+        slide: Slide,
+        strength: Strength,
+        support: Support,
+        thickness_m: f32,
+    ) -> Met {
+        let law = &self.law;
+        let youngs_reduced_pa = strength.youngs_pa / (1.0 - POISSON * POISSON);
+        let strain = youngs_reduced_pa / strength.yield_pa * slope.max(SLOPE_MIN);
+        let half_m = ellipse.mean_half_m();
+        // a free layer is within a sixth of a half-space, and squeezes nothing out; its bending as a plate is the shell's
+        let (layer, depth_m) = match support {
+            Support::Backed => (half_m / thickness_m, layer_depth_m(half_m, thickness_m)),
+            Support::Hollow => (0.0, 2.0 * half_m),
         };
-        let even_m = hardness_pa / youngs_reduced_pa * depth_m;
+        let hardness_pa = strength.yield_pa * law.hardness(strain, slope, layer);
         let spot = Spot {
-            elastic_m: self.law.recovery * even_m,
-            bowl: Sink::bowl(surface.support()),
-            slide: Slide::of(press, &ellipse),
+            elastic_m: law.recovery * hardness_pa / youngs_reduced_pa * depth_m,
+            bowl: law.bowl(support, layer),
+            layer,
+            open: slide.open(&ellipse),
+            bottom: 1.0 - slide.share * (1.0 - law.slide_bottom),
+            slide,
             ellipse,
         };
-        Some(Met { pressure_pa: hardness_pa / spot.mean(), strain: stiffness * slope, spot })
+        let pressure_pa = hardness_pa / spot.mean() * (1.0 - law.slide_soft * spot.open);
+        Met { pressure_pa, strain, around: law.around(half_m / spot.ellipse.radius_m, slope), spot }
     }
 
     /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
@@ -239,21 +216,6 @@ impl PlasticCsem {
             })
         });
         outwards(press.side) * way.load_m2
-    }
-
-    /// H/σ_y for E*/σ_y and the tool's slope at the edge of the contact.
-    pub(super) fn hardness(&self, stiffness: f32, slope: f32) -> f32 {
-        let law = &self.law;
-        let hardness = law.hardness
-            + law.hardness_by_stiffness * libm::logf(stiffness / 60.0)
-            + law.hardness_by_slope * libm::logf(2.0 * slope.max(SLOPE_MIN));
-        hardness.max(HARDNESS_MIN)
-    }
-
-    /// Share of what yields now that comes back as a rim.
-    pub(super) fn rim_share(&self, strain: f32) -> f32 {
-        let part = strain / self.law.rim_strain;
-        (1.0 - libm::expf(-part) * (1.0 - 0.25 * part)).clamp(0.0, 1.0)
     }
 }
 
@@ -279,12 +241,20 @@ impl Slide {
         let along_m = (from_m.x * to_m.y - from_m.y * to_m.x) / distance_m2.max(1e-12) * spot.radius_m;
         let up_m = to_m.z - from_m.z;
         let moved_m = libm::hypotf(along_m, up_m);
-        if moved_m < 1e-7 {
+        // from nowhere is not from somewhere along the clay
+        if moved_m < 1e-7 || !moved_m.is_finite() {
             return Self::default();
         }
         let (along, up) = (along_m / moved_m, up_m / moved_m);
         let share = Self::share(moved_m / press.dt.0);
         Self { along: along * share, up: up * share, share }
+    }
+
+    /// How far the contact's middle lies aside of the tool's path, over its half axis: beside a groove the clay is open. No
+    /// more than a half, since a tool of facets may touch far from its middle.
+    fn open(&self, spot: &Ellipse) -> f32 {
+        let aside_m = spot.above_m * self.along - spot.arc_m * self.up;
+        (aside_m.abs() / spot.mean_half_m()).min(0.5)
     }
 
     /// Share of sliding of a tool at a speed along the clay, m/s.
@@ -363,40 +333,35 @@ fn contact_ellipse(
     Some((ellipse, slope))
 }
 
-/// Elastic depth under the middle of an even pressure p on a disc of radius a, over p/E*, on a layer of thickness t that
-/// slides on a rigid base, m.
-///
-/// `2a/(1 + 0.62·a/t + 0.38·(a/t)²)`: within 2 % of the integral `2a·∫ J₁(ka)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk` for a/t
-/// up to 1.3; for a thick layer it is Boussinesq's 2a.
-pub(super) fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
-    let ratio = radius_m / thickness_m;
-    2.0 * radius_m / (1.0 + ratio * (0.62 + 0.38 * ratio))
-}
-
 /// A contact and how the clay gives way in it.
 pub(super) struct Spot {
     pub(super) ellipse: Ellipse,
-    /// Depth to which clay springs back in the middle, m, and how it falls from there: see [`Sink::bowl`].
-    pub(super) elastic_m: f32,
-    pub(super) bowl: [f32; 2],
+    /// Depth to which clay springs back in the middle, m, and how it falls from there: see [`Sink`].
+    elastic_m: f32,
+    bowl: [f32; 2],
+    /// The contact's radius over the clay's thickness; zero where nothing is behind it.
+    layer: f32,
     pub(super) slide: Slide,
+    /// How much of the elastic depth is left at the bottom of a groove.
+    bottom: f32,
+    /// See [`Slide::open`].
+    pub(super) open: f32,
 }
 
 /// What the clay opposes to a tool.
-struct Met {
-    spot: Spot,
-    /// Pressure in the middle where all of the contact yields, Pa: the mean H over the spot's mean.
-    pressure_pa: f32,
+pub(super) struct Met {
+    pub(super) spot: Spot,
+    /// Pressure in the middle where all of the contact yields, Pa: the mean over the spot's mean.
+    pub(super) pressure_pa: f32,
     /// X, strain over yield strain.
-    strain: f32,
+    pub(super) strain: f32,
+    /// By how much more the rim rises along the arc than along the height, for a tool outside.
+    pub(super) around: f32,
 }
 
 impl Spot {
-    /// Least part of the elastic depth: some of it is left at the bottom of a groove, or pressure would have no scale.
-    const LEFT: f32 = 0.15;
-
     /// Mean elastic depth over the contact, over that in the middle.
-    pub(super) fn mean(&self) -> f32 {
+    fn mean(&self) -> f32 {
         let [near, edge] = self.bowl;
         1.0 - 0.5 * near - 0.25 * edge
     }
@@ -416,7 +381,7 @@ impl Spot {
             edge,
             middle_m: self.elastic_m,
             slides: share > 0.0,
-            sliding: share * self.elastic_m,
+            sliding: (1.0 - self.bottom) * self.elastic_m,
             aside: [along * ellipse.half_height_m / half_m, up * ellipse.half_arc_m / half_m],
         }
     }
@@ -452,7 +417,7 @@ impl Bed {
         }
         let aside = up * self.aside[0] - across * self.aside[1];
         let left = (aside * aside).fast_min(f32x8::ONE) * self.sliding + (self.middle_m - self.sliding);
-        (shape * left.fast_max(f32x8::splat(Spot::LEFT * self.middle_m)), shape)
+        (shape * left, shape)
     }
 }
 
@@ -488,7 +453,8 @@ fn yields(
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
-            let carried = (part * shape).fast_min(f32x8::ONE) * (radius - depth * outwards);
+            // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
+            let carried = part.fast_min(f32x8::ONE) * shape * (radius - depth * outwards);
             let rising = (f32x8::ONE - part).fast_max(f32x8::ZERO);
             Push { delta_m: (depth - elastic).fast_max(f32x8::ZERO) * response, rising, carried }
         }));
@@ -529,7 +495,7 @@ fn radial(
             let depth = penetration_m(stretch.column, chunk, above);
             let Lean { aside, ahead, .. } = face.lean(&stretch, number, chunk, above);
             let (elastic, shape) = bed.depth_m(chunk.radius_m * angle_rad, above);
-            let carried = (depth / elastic * shape).fast_min(f32x8::ONE) * (chunk.radius_m - depth * outwards);
+            let carried = (depth / elastic).fast_min(f32x8::ONE) * shape * (chunk.radius_m - depth * outwards);
             ahead_sum += carried;
             aside_sum += carried / ahead * aside;
         }

@@ -9,15 +9,14 @@ use core::f32::consts::{PI, TAU};
 use glam::Vec3;
 use wide::f32x8;
 
-use super::bending::POISSON;
 use super::contact::{LANES, load, sum};
 use super::ellipse::{Ellipse, Step};
-use super::plastic::{STEEPEST, Slide, Spot, layer_depth_m};
-use super::rim::{Rim, area};
-use super::{Contact, PlasticCsem, Sink, Strength, Support};
+use super::plastic::{Met, STEEPEST, Slide, Spot};
+use super::rim::{Rim, RimShape};
+use super::{Contact, PlasticCsem, Strength, Support};
 
 /// Places round the pot at which an element is looked at while it passes the tool.
-const NODES: usize = 8;
+const NODES: usize = 12;
 /// Nodes and weights of Gauss and Legendre on 0..1, for the rim.
 const RIM_NODES: [(f32, f32); 5] = [
     (0.046_910_077, 0.118_463_44),
@@ -163,19 +162,15 @@ impl Profile {
         let Some((ellipse, slope)) = self.touch(pass, rows.clone()) else {
             return Contact::default();
         };
-        let youngs_reduced_pa = pass.strength.youngs_pa / (1.0 - POISSON * POISSON);
-        let stiffness = youngs_reduced_pa / pass.strength.yield_pa;
-        let hardness_pa = pass.strength.yield_pa * law.hardness(stiffness, slope);
-        let radius_m = libm::sqrtf(ellipse.half_arc_m * ellipse.half_height_m);
-        let elastic_m = law.law.recovery * hardness_pa / youngs_reduced_pa * layer_depth_m(radius_m, self.thickness_m);
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
         let slide = Slide { along: share, up: 0.0, share };
-        let spot = Spot { ellipse, elastic_m, bowl: Sink::bowl(Support::Backed), slide };
-        let (carried, dent) = self.press(pass, &spot, rows.clone());
+        let met = law.met(ellipse, slope, slide, pass.strength, Support::Backed, self.thickness_m);
+        let Met { spot, pressure_pa, strain, around } = &met;
+        let (carried, dent) = self.press(pass, spot, rows.clone());
         if let Some(dent) = dent {
-            let rising = law.rim_share(stiffness * slope);
-            let rising = rising + (1.0 - rising) * law.law.slide_share * share;
-            self.rise(pass, &spot, &dent, rising, law, rows.clone());
+            let rising = law.law.rim_share(*strain, share, spot.open);
+            let shape = RimShape::new(&law.law, slide, *around);
+            self.rise(pass, spot, &dent, rising, shape, rows.clone());
         } else {
             let [before, behind] = &mut self.inside_m;
             for rows in [before, behind, &mut self.lead_m, &mut self.fall_m] {
@@ -184,7 +179,7 @@ impl Profile {
         }
         self.settle(pass, rows);
         Contact {
-            force_n: carried.force * (hardness_pa / spot.mean() * self.step.row_m),
+            force_n: carried.force * (pressure_pa * self.step.row_m),
             elements: (ellipse.content / (ellipse.radius_m * self.step.element_rad_m)) as u32,
             penetration_m: carried.deepest_m,
             sink: None,
@@ -281,7 +276,7 @@ impl Profile {
                 let arc = radius * angle;
                 let (elastic, shape) = bed.depth_m(arc, above);
                 let push = (depth - elastic).fast_max(f32x8::ZERO) * share;
-                let carried = (depth / elastic * shape).fast_min(f32x8::ONE) * (radius - depth) * width;
+                let carried = (depth / elastic).fast_min(f32x8::ONE) * shape * (radius - depth) * width;
                 let slope = carried / chord.fast_max(steepest);
                 radial += carried - slope * aside * sin;
                 along -= carried * sin + slope * aside;
@@ -314,12 +309,11 @@ impl Profile {
         spot: &Spot,
         dent: &Ellipse,
         rising: f32,
-        law: &PlasticCsem,
+        shape: RimShape,
         rows: impl Iterator<Item = Rows>,
     ) {
-        let law = &law.law;
-        let scale = rising * dent.content / (PI * dent.half_height_m * area(law));
-        let (end, narrow) = (f32x8::splat(law.rim_end), 1.0 / law.rim_width);
+        let scale = rising * dent.content / (PI * dent.half_height_m * shape.area());
+        let (end, narrow) = (f32x8::splat(shape.end), 1.0 / shape.width);
         let bed = spot.bed();
         for Rows { at, above_m, chord_m2 } in rows {
             let high = (above_m - dent.above_m) * (1.0 / dent.half_height_m);
@@ -339,8 +333,9 @@ impl Profile {
                 let q2 = across * across + high2;
                 let beyond = (q2 - 1.0) * narrow;
                 let within = ((q2 - Rim::BEGIN) * (1.0 / (1.0 - Rim::BEGIN))).fast_min(f32x8::ONE);
-                let ahead = (across * (sign * spot.slide.along) + 1.0).fast_max(f32x8::ZERO);
-                (end - q2) * within * ahead.fast_min(f32x8::splat(2.0)) / (beyond * beyond + 1.0)
+                let uneven = (across * across - high2) * shape.around;
+                let weight = (across * (sign * shape.along) + uneven + 1.0).fast_max(f32x8::ZERO);
+                (end - q2) * within * weight / (beyond * beyond + 1.0)
             };
             // under the tool, where it rises the less the more it is pressed, and outside
             let side = |sign: f32, radius: f32x8, edge_rad: f32x8| {
@@ -349,7 +344,8 @@ impl Profile {
                 let edge = edge_rad.simd_gt(f32x8::ZERO).bitselect(edge, f32x8::ZERO).fast_max(inner).fast_min(outer);
                 let (mut under, mut outside) = (f32x8::ZERO, f32x8::ZERO);
                 for (place, share) in RIM_NODES {
-                    outside += crest(edge + (outer - edge) * place, sign) * share;
+                    // nearer to each other at the crest, which is narrow under a sliding tool
+                    outside += crest(edge + (outer - edge) * (place * place), sign) * (2.0 * place * share);
                 }
                 if edge.simd_gt(inner).any() {
                     for (place, share) in RIM_NODES {

@@ -11,22 +11,51 @@ use wide::f32x8;
 
 use super::contact::{Contacts, LANES, nearest_turn, root};
 use super::ellipse::{Ellipse, Step};
-use super::plastic::{PlasticLaw, Slide};
+use super::law::PlasticLaw;
+use super::plastic::Slide;
 use super::{Footprint, GridShape, Surface, Window};
 
 /// A rim about an ellipse.
 ///
 /// `κ(q²) = (Q − q²)/(1 + ((q² − 1)/w)²)` for 1 < q² < Q, up to which it rises where the tool does not touch, `∫ κ = π·a_θ·a_z·I` with U = Q − 1 and
-/// `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`. Under a sliding tool it is weighted by `1 + x`, between 0 and 2, x the
-/// distance in the direction of sliding over the half axis times the share of sliding: clay rises before the tool and not in its groove.
+/// `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`. It is weighted by `1 + x + α·(q_θ² − q_z²)`, no less than 0: x is the distance in
+/// the direction of sliding over the half axis times the share of sliding, since clay rises before the tool and not in its groove;
+/// α tells by how much more it rises to the sides where the pot curves away from the tool. What is cut off at 0 raises no more
+/// than 3 % of the rim.
 pub(super) struct Rim<'a> {
     pub(super) dent: &'a Ellipse,
     /// Volume that rises, m³; negative where the rim of an inner dent grows towards the axis.
     pub(super) volume_m3: f32,
-    /// How much of the press is sliding, and where to.
-    pub(super) slide: Slide,
+    pub(super) shape: RimShape,
     /// Height of the tool's centre, m.
     pub(super) tool_z_m: f32,
+}
+
+/// What a rim looks like, in half axes of its ellipse.
+#[derive(Clone, Copy)]
+pub(super) struct RimShape {
+    /// Q and w.
+    pub(super) end: f32,
+    pub(super) width: f32,
+    /// α.
+    pub(super) around: f32,
+    /// Direction of sliding along the arc and up, as long as its share.
+    pub(super) along: f32,
+    pub(super) up: f32,
+}
+
+impl RimShape {
+    pub(super) fn new(law: &PlasticLaw, slide: Slide, around: f32) -> Self {
+        let Slide { along, up, share } = slide;
+        let width = law.rim_width * (1.0 - share * (1.0 - law.slide_width));
+        Self { end: law.rim_end, width, around, along, up }
+    }
+
+    /// The I of [`Rim`].
+    pub(super) fn area(&self) -> f32 {
+        let (end, width) = (self.end - 1.0, self.width);
+        end * width * libm::atanf(end / width) - 0.5 * width * width * libm::logf(1.0 + end * end / (width * width))
+    }
 }
 
 impl Rim<'_> {
@@ -38,22 +67,21 @@ impl Rim<'_> {
         &self,
         surface: &Surface,
         contacts: &Contacts,
-        law: &PlasticLaw,
         RimScratch { rows, bands }: &mut RimScratch,
         footprint: &mut Footprint,
     ) {
-        let (step, dent, shape) = (Step::of(surface), self.dent, surface.shape());
+        let (step, dent, end) = (Step::of(surface), self.dent, self.shape.end);
         let centre_rad = contacts.angle_rad + dent.arc_m / dent.radius_m;
         let centre_z = self.tool_z_m + dent.above_m;
         let middle = libm::roundf(centre_rad / step.column_rad);
-        let window = self.window(surface, contacts, law, middle as i64, centre_z);
+        let window = self.window(surface, contacts, middle as i64, centre_z);
         footprint.reset(window);
-        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * area(law));
+        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.shape.area());
         if crest_m == 0.0 {
             return;
         }
         self.fill_rows(surface, window, centre_z, rows);
-        let kernel = Kernel::new(law, crest_m);
+        let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
         bands.clear();
         let half_columns = (window.columns / 2) as i32;
@@ -61,25 +89,25 @@ impl Rim<'_> {
         let arc_per_rad = dent.radius_m / dent.half_arc_m;
         let (half_height_m, rows_per_m) = (dent.half_height_m, 1.0 / step.row_m);
         let chunk = |z_m: f32| ((z_m * rows_per_m) as u32).saturating_sub(window.first_row) as usize / LANES;
-        for (local, column) in window.grid_columns(shape).enumerate() {
-            let away_rad = if window.columns == shape.columns() {
+        for (local, column) in window.grid_columns(surface.shape()).enumerate() {
+            let away_rad = if window.columns == surface.shape().columns() {
                 nearest_turn(column as f32 * step.column_rad - centre_rad)
             } else {
                 (local as i32 - half_columns) as f32 * step.column_rad - off_rad
             };
             let arc = away_rad * arc_per_rad;
             let arc2 = arc * arc;
-            let outer_m = root((law.rim_end - arc2).max(0.0)) * half_height_m;
+            let outer_m = root((end - arc2).max(0.0)) * half_height_m;
             let inner_m = root((Self::BEGIN - arc2).max(0.0)) * half_height_m;
             let (from, to) = (chunk(centre_z - outer_m), (chunk(centre_z + outer_m) + 1).min(rows.len()));
-            let to = if arc2 < law.rim_end { to } else { from };
+            let to = if arc2 < end { to } else { from };
             let under = (chunk(centre_z - inner_m) + 1).clamp(from, to);
             let above = chunk(centre_z + inner_m).clamp(under, to);
             bands.push(Band { arc, from, under, above, to });
         }
         for (local, band) in bands.iter().enumerate() {
             let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
-            kernel.raise(&self.slide, rows, band, column);
+            kernel.raise(&self.shape, rows, band, column);
         }
     }
 
@@ -91,14 +119,14 @@ impl Rim<'_> {
         rows.clear();
         rows.extend((window.first_row..window.end_row()).step_by(LANES).map(|row| {
             let up = (lanes + row as f32) * per_row - first;
-            RimRow { up2: up * up, ahead: up * self.slide.up }
+            RimRow { up2: up * up, ahead: up * (self.shape.up - up * self.shape.around) }
         }));
     }
 
     /// Every element within the rim's outer end or in the contact.
-    fn window(&self, surface: &Surface, contacts: &Contacts, law: &PlasticLaw, middle: i64, centre_z: f32) -> Window {
+    fn window(&self, surface: &Surface, contacts: &Contacts, middle: i64, centre_z: f32) -> Window {
         let (step, dent) = (Step::of(surface), self.dent);
-        let end = root(law.rim_end);
+        let end = root(self.shape.end);
         let reach_m = end * dent.half_height_m;
         let row = |z_m: f32| libm::floorf(z_m / step.row_m) as i64;
         let (mut first_row, mut last_row) = (row(centre_z - reach_m), row(centre_z + reach_m) + 1);
@@ -143,7 +171,7 @@ struct Band {
     to: usize,
 }
 
-/// Eight rows of a rim: the square of their height over the half axis, and that height times the slide upwards.
+/// Eight rows of a rim: the square of their height over the half axis, and what they add to the rim's weight.
 #[derive(Clone, Copy, Debug)]
 struct RimRow {
     up2: f32x8,
@@ -159,37 +187,28 @@ struct Kernel {
 }
 
 impl Kernel {
-    fn new(law: &PlasticLaw, crest_m: f32) -> Self {
-        let narrow2 = 1.0 / (law.rim_width * law.rim_width * crest_m);
-        Self { end: law.rim_end, square: narrow2, linear: -2.0 * narrow2, constant: narrow2 + 1.0 / crest_m }
+    fn new(shape: &RimShape, crest_m: f32) -> Self {
+        let narrow2 = 1.0 / (shape.width * shape.width * crest_m);
+        Self { end: shape.end, square: narrow2, linear: -2.0 * narrow2, constant: narrow2 + 1.0 / crest_m }
     }
 
     /// Writes the band of a column that begins with it.
-    fn raise(&self, slide: &Slide, rows: &[RimRow], band: &Band, column: &mut [f32]) {
+    fn raise(&self, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
         let &Band { arc, from, under, above, to } = band;
         let arc2 = arc * arc;
-        let plain = |row: &RimRow| self.raised(row.up2 + arc2);
+        let beside = 1.0 + shape.along * arc + shape.around * arc2;
+        let plain = |row: &RimRow| self.raised(row.up2 + arc2) * (row.ahead + beside).fast_max(f32x8::ZERO);
         let inner = |row: &RimRow| {
             let within = ((row.up2 + (arc2 - Rim::BEGIN)) * (1.0 / (1.0 - Rim::BEGIN))).fast_max(f32x8::ZERO);
             plain(row) * within.fast_min(f32x8::ONE)
         };
-        let along = 1.0 + slide.along * arc;
-        let ahead = |row: &RimRow| (row.ahead + along).fast_max(f32x8::ZERO).fast_min(f32x8::splat(2.0));
         if arc2 >= 1.0 {
-            return if slide.share > 0.0 {
-                fill(&rows[from..to], column, |row| plain(row) * ahead(row))
-            } else {
-                fill(&rows[from..to], column, plain)
-            };
+            return fill(&rows[from..to], column, plain);
         }
         for (begin, end) in [(from, under), (above, to)] {
             // the grid may end within the last chunk
             let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
-            if slide.share > 0.0 {
-                fill(&rows[begin..end], column, |row| inner(row) * ahead(row));
-            } else {
-                fill(&rows[begin..end], column, inner);
-            }
+            fill(&rows[begin..end], column, inner);
         }
     }
 
@@ -208,10 +227,4 @@ fn fill(rows: &[RimRow], column: &mut [f32], raised: impl Fn(&RimRow) -> f32x8) 
     if let Some(row) = rows.get(column.len()) {
         last.copy_from_slice(&raised(row).to_array()[..last.len()]);
     }
-}
-
-/// The I of [`Rim`].
-pub(super) fn area(law: &PlasticLaw) -> f32 {
-    let (end, width) = (law.rim_end - 1.0, law.rim_width);
-    end * width * libm::atanf(end / width) - 0.5 * width * width * libm::logf(1.0 + end * end / (width * width))
 }

@@ -1,7 +1,7 @@
 //! A ball drawn along a backed wall, stroke beside stroke, as the finite elements draw it: what a turn of the wheel does.
 //!
-//! Owns the strokes and what is read of them. Only the share that rises beside a groove is chosen by them; everything else
-//! of the law is held against them unfitted.
+//! Owns the strokes and what is read of them. The constants of a sliding tool are fitted to them; what a still tool meets is
+//! held against them unfitted.
 //! Invariant: a stroke has the reference's path and length. The reference's clay knows no rate, so this one gives way as
 //! quickly as any does: while the tool goes 0.6 mm.
 
@@ -68,6 +68,9 @@ const DRAWINGS: &[Drawing] = &[
     drawing!("stroke_ball20_d1f4", 20.0, 1: 1.0 0.0, 2: 1.0 4.0),
 ];
 
+/// Drawings that nothing is fitted to.
+const HELD_OUT: &[Drawing] = &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0)];
+
 /// What a method makes of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub struct StrokeFigures {
@@ -87,13 +90,25 @@ pub struct StrokeFigures {
     pub reference_force_n: [f64; 2],
 }
 
-/// Draws every drawing with a method.
+/// Draws with a method what is fitted to.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(DRAWINGS, method, grid)
+}
+
+/// Draws with a method what is held out of every fit.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged or the pot cannot be made.
+pub fn draw_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(HELD_OUT, method, grid)
+}
+
+fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
     let mut figures = Vec::new();
-    for drawing in DRAWINGS {
+    for drawing in drawings {
         let mut pressing = drawing.untouched(grid)?;
         for (before, stroke) in drawing.strokes.iter().enumerate() {
             let number = before + 1;
@@ -108,6 +123,23 @@ pub fn draw(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFig
         }
     }
     Ok(figures)
+}
+
+impl StrokeFigures {
+    /// Weight of the force.
+    const FORCE: f64 = 0.3;
+
+    /// Error of the radial force over the reference's; positive is too hard.
+    #[must_use]
+    pub fn force(&self) -> f64 {
+        self.force_n[0] / self.reference_force_n[0] - 1.0
+    }
+
+    /// What counts of it in a fit.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        self.groove + Self::FORCE * self.force().abs()
+    }
 }
 
 impl Drawing {

@@ -136,6 +136,7 @@ pub fn all() -> Vec<(&'static str, Kind)> {
     ];
     let drawings = [
         ("stroke_d1f4", drawn(12.0, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("stroke_ball16_d1f4", drawn(16.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
