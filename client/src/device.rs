@@ -20,7 +20,7 @@ mod scripted;
 mod simulated;
 
 use glam::Vec3;
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
@@ -61,6 +61,14 @@ pub trait Device: Send {
 
     /// What it can render; asked once, before the first tick.
     fn specs(&self) -> DeviceSpecs;
+
+    /// How the chain between it and the clay is set up, given the method's share for a small device; asked once, as the specs.
+    ///
+    /// A device whose force comes late says so here, one that plays a stroke turns stages off, and a share that a person has
+    /// chosen replaces the method's.
+    fn setup(&self, share_of_small: f32) -> Setup {
+        Setup::for_device(self.specs(), share_of_small)
+    }
 
     /// Takes the force away and lets the device go; called once, after the last tick, and may take its time.
     fn close(&mut self) {

@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use hdrhistogram::Histogram;
-use pottery_shared::haptics::Haptics;
+use pottery_shared::clay::{Contact, MethodKind};
+use pottery_shared::haptics::{Haptics, Touch, Wet};
 use pottery_shared::prediction::Hand;
-use pottery_shared::tool::ToolSample;
-use pottery_shared::units::Tick;
+use pottery_shared::tool::{Position, Tool, ToolSample};
+use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::HandSide;
 use crate::device::Device;
@@ -34,6 +35,7 @@ pub struct HapticLoop {
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
+    last_local: u64,
     felt: Felt,
     force_mn: Histogram<u64>,
 }
@@ -79,7 +81,7 @@ impl HapticLoop {
     #[must_use]
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
         let hand = Hand::new(side.patches.read().clone());
-        let haptics = Haptics::new(device.specs(), hand.method().felt_share());
+        let haptics = Haptics::new(device.setup(hand.method().felt_share()));
         Self {
             device,
             hand,
@@ -87,6 +89,7 @@ impl HapticLoop {
             side,
             catching_up: false,
             last_stamp: None,
+            last_local: 0,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
         }
@@ -98,20 +101,19 @@ impl HapticLoop {
         &self.hand
     }
 
-    /// Does the tick of local number `local`: sample, press, force, send; then a few steps towards the newest patch.
+    /// Does the tick of local number `local`: sample, follow, press, force, send; then a few steps towards the newest patch.
     pub fn tick(&mut self, local: u64) {
+        let dt = Seconds(local.saturating_sub(self.last_local).max(1) as f32 * Tick::PERIOD.0);
+        self.last_local = local;
         let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
         // a tool that is still on its way to this hand is not in it
         let tool = self.device.tool();
         let reported = reported.filter(|_| self.hand.holds(tool));
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
-        self.side.status.note_tool(reported);
-        match self.haptics.accept(reported) {
+        match self.haptics.accept(reported, self.device.velocity(), dt) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
-                let side = self.hand.side(stamp, tool, centre);
-                let orientation = self.device.orientation();
-                self.felt = self.press(ToolSample { tick: stamp, tool, orientation, centre, side });
+                self.felt = self.press(stamp, tool, centre);
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}
@@ -121,6 +123,7 @@ impl HapticLoop {
             }
         }
         self.device.set_force(self.felt.force_n);
+        self.side.status.note_tool(self.haptics.tool_m().or(reported));
         let newtons = self.felt.force_n.length();
         if self.felt.elements > 0 {
             self.force_mn.saturating_record((newtons * 1e3) as u64);
@@ -130,13 +133,23 @@ impl HapticLoop {
     }
 
     /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, sample: ToolSample) -> Felt {
+    fn press(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
+        let side = self.hand.side(tick, tool, centre);
+        let has_proxy = self.haptics.stages().proxy;
+        let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
+        let sample = ToolSample { tick, tool, orientation: self.device.orientation(), centre, side };
         if self.side.samples.push(sample).is_err() {
             self.side.status.note_lost_sample();
+            self.haptics.rest();
             return Felt::default();
         }
-        let contact = self.hand.press(&sample);
-        Felt { force_n: self.haptics.render(contact.force_n), elements: contact.elements }
+        let Contact { force_n, elements, penetration_m, .. } = self.hand.press(&sample);
+        let wet = (self.hand.method() == MethodKind::Plastic).then(|| {
+            let (clay_velocity_m_s, element_m2, material) = self.hand.ground(&sample);
+            Wet { clay_velocity_m_s, area_m2: element_m2 * elements as f32, material }
+        });
+        let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
+        Felt { force_n, elements }
     }
 
     fn catch_up(&mut self) {
@@ -145,6 +158,9 @@ impl HapticLoop {
         }
         if self.catching_up && self.hand.catch_up(self.side.patches.output_buffer_mut(), CATCH_UP_BUDGET) {
             self.catching_up = false;
+            if self.hand.is_corrected_since(self.side.patches.output_buffer_mut()) {
+                self.haptics.clay_corrected();
+            }
         }
     }
 

@@ -1,106 +1,287 @@
-//! From what the clay answers to what the hand feels: the checks and limits of one tick.
+//! From what the clay answers to what the hand feels, one tick at a time.
 //!
-//! Knows no network, no clock and no device; reads the clay's answer, never changes clay.
+//! Knows no network, no clock and no device; reads the clay's answer, never changes clay. The stages in their order, forces in N,
+//! places in m, room's frame throughout:
+//!
+//! | stage | what it does | source |
+//! |---|---|---|
+//! | check | a place that is no number, out of reach or a jump: no force until 100 ticks were sound | chosen |
+//! | steps | the device is taken to be where it was within half a step of its encoders | chosen |
+//! | velocity | from places, if the device measures none, 2 ms late ([`VelocityEstimate`]) | chosen |
+//! | proxy | what presses the clay; one Newton step a tick towards balance | Ruspini, Kolarov and Khatib 1997 |
+//! | clay | the caller presses the proxy and says what the clay answered ([`Touch`]) | `clay` |
+//! | scale | `s·F`, so that a small device works clay that needs more ([`Setup::felt_share`]) | chosen: 3.3 N against the 17 N of a deep dent |
+//! | drag | friction along wet clay, by slip ([`Wet`]) | Kikuuwe and others 2006; Locat and Demers 1988 |
+//! | coupling | `K·(x_p − x_d) + B·(v_p − v_d)` ([`Coupling`]) | Colgate, Stanley and Brown 1995; Colgate and Schenkel 1997 |
+//! | correction | what corrected clay changes comes at 5 to 20 N/s | force limen of 7 to 10 % |
+//! | passivity | observer and controller, with the delay accounted for | Hannaford and Ryu 2002 |
+//! | ramp | after a pause the force comes at 100 N/s | chosen |
+//! | limit | no longer than the device's peak, direction kept | the device |
+//!
 //! Invariant: the force it returns is finite and no longer than the device's limit, whatever came in.
 
+mod coupling;
+mod drag;
+mod ease;
+mod gate;
+mod passivity;
+mod proxy;
 mod specs;
 mod velocity;
 
 use glam::Vec3;
 
 use crate::tool::Position;
+use crate::units::{Seconds, Tick};
+pub use coupling::Coupling;
+pub use drag::Wet;
+pub use gate::Fault;
+pub use proxy::Touch;
 pub use specs::{DevicePreset, DeviceSpecs, PRESETS, SpecsError};
 pub use velocity::VelocityEstimate;
 
-/// Why the loop gives no force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Fault {
-    /// A coordinate is not a number, or out of reach; the device or its driver is at fault.
-    #[error("the device reported a position that makes no sense; the force is off until it reports sound ones again")]
-    Position,
-    /// The device jumped farther in a tick than a hand can.
-    #[error("the device jumped; the force is off until it moves like a hand again")]
-    Jump,
-    /// The clay's answer is not a number.
-    #[error("the clay answered with a force that makes no sense; the force is off")]
-    Force,
-    /// The device's limits are zero, or none.
-    #[error("the device reports limits that make no sense; the force is off: give its limits in the settings")]
-    Specs,
+use ease::{Correction, Ramp};
+use gate::Gate;
+use passivity::Passivity;
+use proxy::Proxy;
+
+/// Which stages are on; check, scale, limit and gate always are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stages {
+    /// A proxy on a coupling presses the clay; without it the device does, and feels the clay itself.
+    pub proxy: bool,
+    /// The proxy is dragged along by clay that goes by.
+    pub drag: bool,
+    /// Passivity observer and controller.
+    pub passivity: bool,
+    /// Corrected clay is blended in.
+    pub correction: bool,
+    /// The force comes slowly after a pause.
+    pub ramp: bool,
+    /// A low-pass on the force at so many Hz, as the original program had; for study only, since it costs stable stiffness.
+    pub low_pass_hz: Option<f32>,
 }
 
-/// The checks and limits between device and clay, one tick at a time.
+impl Stages {
+    /// All of them, as the studio runs.
+    pub const WHOLE: Self =
+        Self { proxy: true, drag: true, passivity: true, correction: true, ramp: true, low_pass_hz: None };
+    /// None: the tool is pressed exactly where the device says and the clay's own force is felt.
+    pub const EXACT: Self =
+        Self { proxy: false, drag: false, passivity: false, correction: false, ramp: false, low_pass_hz: None };
+    /// As the original program rendered: the method's force through a filter of 10 Hz.
+    pub const ORIGINAL: Self = Self { low_pass_hz: Some(10.0), ..Self::EXACT };
+}
+
+/// What the chain is set up for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// What the device can render.
+    pub specs: DeviceSpecs,
+    /// Which stages are on.
+    pub stages: Stages,
+    /// Force to feel for each newton of the clay's.
+    pub felt_share: f32,
+    /// The coupling; tuned from the specs when there is none.
+    pub coupling: Option<Coupling>,
+    /// Delay between a place and the force that answers it, beyond the loop's own period.
+    pub delay: Seconds,
+}
+
+impl Setup {
+    /// The whole chain for a device, with the method's share for a small device (see [`crate::clay::MethodKind::felt_share`]).
+    ///
+    /// `s = min(1, share·peak/3.3 N)`: a device that gives more force feels more of the clay's, so that all of them press
+    /// equally deep.
+    #[must_use]
+    pub fn for_device(specs: DeviceSpecs, share_of_small: f32) -> Self {
+        let felt_share = (share_of_small * specs.peak_force_n / DeviceSpecs::OMNI.peak_force_n).min(1.0);
+        Self { specs, stages: Stages::WHOLE, felt_share, coupling: None, delay: Seconds(0.0) }
+    }
+}
+
+/// The chain between device and clay.
 #[derive(Clone, Copy, Debug)]
 pub struct Haptics {
     specs: Result<DeviceSpecs, SpecsError>,
+    stages: Stages,
     felt_share: f32,
-    last: Option<Position>,
-    fault: Option<Fault>,
-    sound_ticks: u32,
+    coupling: Coupling,
+    delay: Seconds,
+    gate: Gate,
+    proxy: Proxy,
+    passivity: Passivity,
+    correction: Correction,
+    ramp: Ramp,
+    filtered_n: Vec3,
+    device: Motion,
+    followed: VelocityEstimate,
+    dt: Seconds,
+}
+
+/// How the device moved in the tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    at_m: Option<Vec3>,
+    steady_m: Option<Vec3>,
+    moved_m: Vec3,
+    /// As the device measures it, or as estimated; and as estimated anyway.
+    velocity_m_s: Vec3,
+    estimated_m_s: Vec3,
+    estimate: VelocityEstimate,
 }
 
 impl Haptics {
-    /// Farthest that counts as a movement within one tick, m: 5 m/s.
-    pub const JUMP_M: f32 = 0.005;
+    /// Farthest that counts as a movement within a millisecond, m: 5 m/s.
+    pub const JUMP_M: f32 = Gate::SPEED_MAX_M_S * Tick::PERIOD.0;
     /// Sound ticks after which a fault is over.
-    pub const RECOVERY_TICKS: u32 = 100;
+    pub const RECOVERY_TICKS: u32 = Gate::RECOVERY_TICKS;
 
-    /// A loop for a device with the given specs, and the share of the clay's force to feel; the force stays off when the specs
-    /// make no sense.
+    /// The chain for a device; the force stays off when its specs make no sense.
     #[must_use]
-    pub fn new(specs: DeviceSpecs, felt_share: f32) -> Self {
-        Self { specs: specs.checked(), felt_share, last: None, fault: None, sound_ticks: 0 }
+    pub fn new(setup: Setup) -> Self {
+        let Setup { specs, stages, felt_share, coupling, delay } = setup;
+        Self {
+            specs: specs.checked(),
+            stages,
+            felt_share,
+            coupling: coupling.unwrap_or_else(|| Coupling::tuned(&specs, Tick::PERIOD, delay)),
+            delay,
+            gate: Gate::default(),
+            proxy: Proxy::default(),
+            passivity: Passivity::default(),
+            correction: Correction::default(),
+            ramp: Ramp::default(),
+            filtered_n: Vec3::ZERO,
+            device: Motion::default(),
+            followed: VelocityEstimate::default(),
+            dt: Tick::PERIOD,
+        }
     }
 
     /// The fault that keeps the force off, if any.
     #[must_use]
     pub const fn fault(&self) -> Option<Fault> {
-        if self.specs.is_err() { Some(Fault::Specs) } else { self.fault }
+        if self.specs.is_err() { Some(Fault::Specs) } else { self.gate.fault() }
     }
 
-    /// Checks what the device reported, m; `None` when there is nothing to press with in this tick.
-    ///
-    /// A tool that is taken away and comes back elsewhere has not jumped.
-    pub fn accept(&mut self, reported_m: Option<Vec3>) -> Option<Position> {
-        let Some(reported_m) = reported_m else {
-            self.last = None;
-            self.recover();
+    /// Which stages are on.
+    #[must_use]
+    pub const fn stages(&self) -> Stages {
+        self.stages
+    }
+
+    /// The coupling in use.
+    #[must_use]
+    pub const fn coupling(&self) -> Coupling {
+        self.coupling
+    }
+
+    /// Takes what the device reported, m and m/s, `dt` after its last report, and says where to press; `None` when there is nothing
+    /// to press with in this tick.
+    pub fn accept(&mut self, reported_m: Option<Vec3>, velocity_m_s: Option<Vec3>, dt: Seconds) -> Option<Position> {
+        self.dt = if dt.0 > 0.0 { dt } else { Tick::PERIOD };
+        let device_m = self.gate.check(reported_m, self.dt);
+        let (Some(device_m), Ok(specs)) = (device_m, self.specs) else {
+            self.rest();
             return None;
         };
-        let Some(position) = Position::nearest(reported_m) else {
-            self.fail(Fault::Position);
-            return None;
+        self.device.follow(device_m, specs.resolution_m, velocity_m_s, self.dt);
+        let at_m = if self.stages.proxy {
+            self.proxy.follow(device_m, &self.coupling, specs.peak_force_n, self.dt)
+        } else {
+            device_m
         };
-        if self.last.replace(position).is_some_and(|last| last.distance_m(position) > Self::JUMP_M) {
-            self.fail(Fault::Jump);
-            return None;
-        }
-        self.recover();
-        self.fault.is_none().then_some(position)
+        Position::nearest(at_m)
     }
 
-    /// The force to give to the device for the clay's force, N.
-    ///
-    /// `f = s·F`, shortened to the peak with its direction kept; zero while a fault lasts.
-    pub fn render(&mut self, clay_force_n: Vec3) -> Vec3 {
-        if !clay_force_n.is_finite() {
-            self.fail(Fault::Force);
-        }
-        match self.specs {
-            Ok(specs) if self.fault.is_none() => (clay_force_n * self.felt_share).clamp_length_max(specs.peak_force_n),
-            _ => Vec3::ZERO,
+    /// Where the tool is that presses the clay, m: what is to be drawn. `None` while there is none.
+    #[must_use]
+    pub fn tool_m(&self) -> Option<Vec3> {
+        if self.stages.proxy { self.proxy.at_m() } else { self.device.at_m }
+    }
+
+    /// Says that the clay under the tool was corrected since the last tick.
+    pub const fn clay_corrected(&mut self) {
+        if self.stages.correction {
+            self.correction.begin();
         }
     }
 
-    fn fail(&mut self, fault: Fault) {
-        self.fault = Some(fault);
-        self.sound_ticks = 0;
+    /// The force to give to the device for what the clay answered; zero while a fault lasts.
+    pub fn render(&mut self, touch: &Touch) -> Vec3 {
+        if !(touch.force_n.is_finite() && touch.penetration_m.is_finite()) {
+            self.gate.fail(Fault::Force);
+        }
+        let (Ok(specs), None, Some(device_m)) = (self.specs, self.gate.fault(), self.device.at_m) else {
+            self.rest();
+            return Vec3::ZERO;
+        };
+        let model_n = self.coupled(touch, device_m).clamp_length_max(specs.peak_force_n);
+        let mut force_n = self.filter(model_n);
+        if self.stages.correction {
+            let moved_n = self.device.moved_m * self.coupling.stiffness_n_m;
+            force_n = self.correction.blend(force_n, self.proxy.normal(), moved_n, self.dt);
+        }
+        if self.stages.passivity {
+            let damping = (specs.damping_ns_m, specs.damping_max_ns_m);
+            force_n += self.passivity.control(model_n, self.device.estimated_m_s, (self.dt, self.delay), damping);
+        }
+        if self.stages.ramp {
+            force_n = self.ramp.ease(force_n, self.dt);
+        }
+        force_n = force_n.clamp_length_max(specs.peak_force_n);
+        self.passivity.note(force_n);
+        force_n
     }
 
-    fn recover(&mut self) {
-        self.sound_ticks = self.sound_ticks.saturating_add(1);
-        if self.sound_ticks >= Self::RECOVERY_TICKS {
-            self.fault = None;
+    /// The coupling's force, or the clay's own where there is no proxy.
+    fn coupled(&mut self, touch: &Touch, device_m: Vec3) -> Vec3 {
+        if !self.stages.proxy {
+            return touch.force_n * self.felt_share;
         }
+        let wet = touch.wet.filter(|_| self.stages.drag);
+        self.proxy.meet(&Touch { wet, ..*touch }, self.felt_share);
+        let at_m = self.proxy.at_m().unwrap_or(device_m);
+        let velocity_m_s = self.followed.follow(at_m, self.dt) - self.device.velocity_m_s;
+        let Coupling { stiffness_n_m, damping_ns_m } = self.coupling;
+        let is_touching = touch.force_n != Vec3::ZERO;
+        if !is_touching && self.proxy.is_free(&self.coupling) {
+            // stopped before clay that it does not touch: there is nothing to feel
+            return Vec3::ZERO;
+        }
+        (at_m - device_m) * stiffness_n_m + velocity_m_s * if is_touching { damping_ns_m } else { 0.0 }
+    }
+
+    fn filter(&mut self, force_n: Vec3) -> Vec3 {
+        let Some(cut_hz) = self.stages.low_pass_hz else { return force_n };
+        let share = 1.0 - libm::expf(-core::f32::consts::TAU * cut_hz * self.dt.0);
+        self.filtered_n += (force_n - self.filtered_n) * share;
+        self.filtered_n
+    }
+
+    /// Lets go of everything, since there is no tool or a fault.
+    pub fn rest(&mut self) {
+        self.device = Motion::default();
+        self.followed.forget();
+        self.proxy.forget();
+        self.passivity.forget();
+        self.correction.forget();
+        self.ramp.forget();
+        self.filtered_n = Vec3::ZERO;
+    }
+}
+
+impl Motion {
+    /// Goes where the device is. How fast is reckoned from where it is to within half a step of its encoders: one that rests
+    /// between two of them reports both in turn, which is no movement.
+    fn follow(&mut self, at_m: Vec3, step_m: f32, measured_m_s: Option<Vec3>, dt: Seconds) {
+        let before_m = self.at_m.replace(at_m).unwrap_or(at_m);
+        self.moved_m = at_m - before_m;
+        let half = Vec3::splat(0.5 * step_m);
+        self.steady_m = self.steady_m.unwrap_or(at_m).clamp(at_m - half, at_m + half).into();
+        let at_m = self.steady_m.unwrap_or(at_m);
+        self.estimated_m_s = self.estimate.follow(at_m, dt);
+        self.velocity_m_s = measured_m_s.filter(|measured| measured.is_finite()).unwrap_or(self.estimated_m_s);
     }
 }

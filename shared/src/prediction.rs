@@ -6,6 +6,7 @@
 //! Invariant: where nobody else presses, the predicted clay is the authoritative one, bit for bit.
 
 mod field;
+mod ground;
 mod hand;
 mod predictor;
 

@@ -1,8 +1,13 @@
 //! What stands between clay and hand, piece by piece: what devices may report, and how fast a tool is held to be.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use glam::Vec3;
-use pottery_shared::haptics::{DeviceSpecs, Haptics, PRESETS, VelocityEstimate};
+use pottery_shared::clay::{Material, Preset};
+use pottery_shared::haptics::{Coupling, DeviceSpecs, Haptics, PRESETS, Setup, Stages, Touch, VelocityEstimate, Wet};
+use pottery_shared::tool::Position;
 use pottery_shared::units::Seconds;
+use pottery_tests::dice::Dice;
 
 #[test]
 fn every_preset_makes_sense_and_is_found_by_its_name() {
@@ -37,14 +42,13 @@ fn specs_that_make_no_sense_are_refused_in_one_sentence_that_names_the_figure() 
             }
             let said = specs.checked().unwrap_err().to_string();
             assert!(said.contains(name) && said.lines().count() == 1, "{said}");
-            assert!(Haptics::new(specs, 1.0).fault().is_some(), "{name} = {value}");
+            assert!(Haptics::new(Setup::for_device(specs, 1.0)).fault().is_some(), "{name} = {value}");
         }
     }
 }
 
 #[test]
 fn velocity_lags_a_steady_acceleration_by_the_delay_it_states() {
-    const DT: Seconds = Seconds(1e-3);
     let acceleration_m_s2 = 0.5;
     let mut estimate = VelocityEstimate::default();
     let mut found = Vec3::ZERO;
@@ -68,4 +72,150 @@ fn velocity_of_a_flickering_place_is_less_than_its_step_over_the_tick() {
     }
     estimate.forget();
     assert_eq!(estimate.follow(Vec3::ONE, Seconds(1e-3)), Vec3::ZERO);
+}
+
+/// A loop of 1 kHz.
+const DT: Seconds = Seconds(1e-3);
+
+/// A wall at x = 0 with 10 N/mm, on whose face clay goes by.
+fn wall(centre: Position, wet: Option<Wet>) -> Touch {
+    let penetration_m = (-centre.point_m().x).max(0.0);
+    Touch { centre, force_n: Vec3::X * (penetration_m * 1e4), penetration_m, wet }
+}
+
+fn clay_of(preset: Preset, velocity_m_s: Vec3) -> Wet {
+    // what 10 N press on at the pressure that clay of that strength bears
+    let material = Material::from_wetness(preset.wetness());
+    let area_m2 = 10.0 / (2.2 * material.strength.yield_pa);
+    Wet { clay_velocity_m_s: velocity_m_s, area_m2, material }
+}
+
+/// What is felt after half a second in which the device was held at a place.
+fn held(setup: Setup, at_m: Vec3, wet: Option<Wet>) -> (Vec3, Position) {
+    let mut chain = Haptics::new(setup);
+    let mut felt = (Vec3::ZERO, Position::default());
+    for tick in 0..500_u16 {
+        // from the air in, no faster than a hand
+        let begin_m = at_m.with_x(2e-3);
+        let centre = chain.accept(Some(begin_m.lerp(at_m, (f32::from(tick) / 100.0).min(1.0))), None, DT).unwrap();
+        felt = (chain.render(&wall(centre, wet)), centre);
+    }
+    felt
+}
+
+#[test]
+fn coupling_of_every_device_keeps_to_the_bound_of_a_sampled_loop_at_every_delay() {
+    for preset in &PRESETS {
+        for delay_ms in [0.0, 0.5, 1.0, 2.0, 5.0, 20.0] {
+            let delay = Seconds(delay_ms * 1e-3);
+            let Coupling { stiffness_n_m, damping_ns_m } = Coupling::tuned(&preset.specs, DT, delay);
+            // its own, and a hand of 1 N·s/m
+            let least = stiffness_n_m * (0.5 * DT.0 + delay.0) + damping_ns_m.abs();
+            assert!(preset.specs.damping_ns_m + 1.0 > least, "{} at {delay_ms} ms: {least}", preset.name);
+            assert!(stiffness_n_m > 0.0 && stiffness_n_m <= preset.specs.stiffness_max_n_m, "{}", preset.name);
+            assert!((0.0..=preset.specs.damping_max_ns_m).contains(&damping_ns_m), "{}", preset.name);
+        }
+    }
+}
+
+#[test]
+fn stronger_device_feels_more_of_the_clay_and_never_more_than_all_of_it() {
+    let share = |name| Setup::for_device(DeviceSpecs::preset(name).unwrap().specs, 0.2).felt_share;
+    assert!((share("omni") - 0.2).abs() < 1e-6);
+    // 12 N of 16.5 N, which is what the Omni's 3.3 N stand for
+    assert!((share("omega.3") - 12.0 / 16.5).abs() < 1e-6);
+    assert_eq!(share("delta.3"), 1.0);
+}
+
+#[test]
+fn hand_at_rest_feels_the_coupling_and_the_clay_in_series() {
+    let setup = Setup { felt_share: 0.2, ..Setup::for_device(DeviceSpecs::OMNI, 0.2) };
+    let (force_n, centre) = held(setup, Vec3::new(-2e-3, 0.0, 0.0), None);
+    // 0.7 N/mm before 2 N/mm, and half of the 10 µm in which places travel on 2 N/mm
+    let wanted_n = 2e-3 / (1.0 / 700.0 + 1.0 / 2000.0);
+    assert!((force_n.x - wanted_n).abs() < 0.01, "{force_n} N, not {wanted_n} N");
+    assert!((force_n.x - 0.2 * wall(centre, None).force_n.x).abs() < 0.02, "{force_n} N against the clay");
+}
+
+#[test]
+fn clay_is_pressed_with_no_more_than_the_device_gives_however_deep_the_hand_is() {
+    for depth_mm in [8.0_f32, 12.0, 20.0] {
+        let (force_n, centre) = held(Setup::for_device(DeviceSpecs::OMNI, 0.2), Vec3::X * (-depth_mm * 1e-3), None);
+        assert!((force_n.length() - 3.3).abs() < 1e-4, "{force_n} N");
+        let pressed_n = 0.2 * wall(centre, None).force_n.x;
+        // half of the step in which places travel, on 2 N/mm
+        assert!(pressed_n < 3.3 + 0.011, "{pressed_n} N at {depth_mm} mm");
+    }
+}
+
+#[test]
+fn drag_pulls_the_hand_the_way_the_clay_goes_and_the_wetter_the_less() {
+    let setup = Setup::for_device(DeviceSpecs::OMNI, 0.2);
+    let along = |preset, velocity_m_s| {
+        let (force_n, _) = held(setup, Vec3::new(-2.5e-3, 0.0, 0.0), Some(clay_of(preset, velocity_m_s)));
+        force_n.with_x(0.0) / force_n.x
+    };
+    let shares = Preset::ALL.map(|preset| along(preset, Vec3::Y * 0.3).y);
+    assert!(shares.is_sorted_by(|drier, wetter| drier > wetter), "{shares:?}");
+    assert!(shares[0] > 0.12 && shares[3] < 0.06, "{shares:?}");
+    for velocity_m_s in [Vec3::Y * 0.3, Vec3::Z * -0.3, Vec3::new(0.0, 0.2, 0.2)] {
+        let share = along(Preset::Throwing, velocity_m_s);
+        // alike in all directions: a spring of 0.7 N/mm holds the tool 0.3 mm aside, where the wall is the same
+        assert!(share.normalize().dot(velocity_m_s.normalize()) > 0.999, "{share} along {velocity_m_s}");
+        assert!((share.length() / along(Preset::Throwing, Vec3::Y * 0.3).length() - 1.0).abs() < 0.1, "{share}");
+    }
+    // slip of water is felt by how fast it goes by
+    let [slow, fast] = [0.1, 0.6].map(|speed| along(Preset::Slip, Vec3::Y * speed).y);
+    assert!(fast > 2.0 * slow, "{slow} {fast}");
+}
+
+#[test]
+fn still_clay_holds_a_tool_until_it_is_pulled_harder_than_it_sticks() {
+    let wet = Some(clay_of(Preset::Stiff, Vec3::ZERO));
+    let mut chain = Haptics::new(Setup::for_device(DeviceSpecs::OMNI, 0.2));
+    let mut aside = Vec::new();
+    for tick in 0..1000_u16 {
+        let into = (f32::from(tick) / 100.0).min(1.0);
+        let along_m = f32::from(tick.saturating_sub(500)) * 2e-6;
+        let centre = chain.accept(Some(Vec3::new(2e-3 - 4.5e-3 * into, along_m, 0.0)), None, DT).unwrap();
+        chain.render(&wall(centre, wet));
+        aside.push((along_m, centre.point_m().y));
+    }
+    // 1.3 N press, 18 % of it hold: 0.33 mm of 0.7 N/mm
+    let let_go = aside.iter().position(|(_, tool_m)| *tool_m > 0.0).unwrap();
+    assert!((0.2e-3..0.45e-3).contains(&aside[let_go].0), "lets go at {} mm", aside[let_go].0 * 1e3);
+    let (device_m, tool_m) = aside[999];
+    assert!((0.2e-3..0.45e-3).contains(&(device_m - tool_m)), "it is dragged {} mm behind", (device_m - tool_m) * 1e3);
+}
+
+#[test]
+fn force_is_finite_and_within_the_peak_whatever_comes() {
+    let mut dice = Dice::new(0xf0e);
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e20, 0.0, 1e-45];
+    for stages in [Stages::WHOLE, Stages::EXACT, Stages::ORIGINAL] {
+        let mut chain = Haptics::new(Setup { stages, ..Setup::for_device(DeviceSpecs::OMNI, 0.2) });
+        let mut felt = 0;
+        for tick in 0..50_000_u32 {
+            let strange = dice.chance(0.002);
+            let mut number =
+                |usual: f32| if strange && dice.chance(0.3) { odd[(dice.roll() % 7) as usize] } else { usual };
+            let depth_m = 3e-3 * (tick as f32 * 0.01).sin();
+            let at_m = Vec3::new(number(-depth_m), number(0.0), number(1e-3));
+            let dt = Seconds(number(1e-3));
+            let velocity_m_s = Vec3::splat(number(0.1));
+            let Some(centre) = chain.accept(Some(at_m), Some(velocity_m_s), dt) else { continue };
+            let sound = wall(centre, Some(clay_of(Preset::Soft, Vec3::Y * number(0.3))));
+            let force_n = sound.force_n.map(&mut number);
+            if strange {
+                chain.clay_corrected();
+            }
+            let force_n = chain.render(&Touch { force_n, penetration_m: number(sound.penetration_m), ..sound });
+            assert!(
+                force_n.is_finite() && force_n.length() <= 3.3 * (1.0 + 1e-6),
+                "{stages:?}, tick {tick}: {force_n}"
+            );
+            felt += u32::from(force_n.length() > 0.1);
+        }
+        assert!(felt > 1000, "{stages:?}: {felt} ticks with a force");
+    }
 }

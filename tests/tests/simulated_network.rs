@@ -16,7 +16,7 @@ use pottery_client::device::Device;
 use pottery_client::view::{Link, SharedView, View};
 use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::tool::Tool;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{Quality, Rate};
@@ -65,6 +65,10 @@ impl Device for Presser {
 
     fn specs(&self) -> DeviceSpecs {
         DeviceSpecs::OMNI
+    }
+
+    fn setup(&self, share_of_small: f32) -> Setup {
+        Setup { stages: Stages::EXACT, ..Setup::for_device(self.specs(), share_of_small) }
     }
 }
 

@@ -5,7 +5,7 @@
 //! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`].
 
 use glam::Vec3;
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 
 use super::Device;
@@ -75,5 +75,10 @@ impl Device for PointerDevice {
 
     fn specs(&self) -> DeviceSpecs {
         DeviceSpecs::MOUSE
+    }
+
+    /// Nobody feels it, so that the clay may be pressed twice as hard as a small device does for the same lag.
+    fn setup(&self, share_of_small: f32) -> Setup {
+        Setup::for_device(self.specs(), 0.5 * share_of_small)
     }
 }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::tool::{Orientation, Tool};
 
 use super::Device;
@@ -44,5 +44,10 @@ impl Device for ScriptedDevice {
 
     fn specs(&self) -> DeviceSpecs {
         DeviceSpecs::OMNI
+    }
+
+    /// Presses exactly where the stroke says.
+    fn setup(&self, share_of_small: f32) -> Setup {
+        Setup { stages: Stages::EXACT, ..Setup::for_device(self.specs(), share_of_small) }
     }
 }

@@ -109,6 +109,12 @@ impl Wheel {
         Rpm((f64::from(self.rate(tick)) / Self::STEPS_PER_TICK_PER_RPM) as f32)
     }
 
+    /// The turning speed at a tick, rad/s.
+    #[must_use]
+    pub fn rate_rad_s(&self, tick: Tick) -> f32 {
+        (f64::from(self.rate(tick)) * (core::f64::consts::TAU / 4_294_967_296.0) * Tick::PER_SECOND as f64) as f32
+    }
+
     /// Every stretch of even turning that is known: first tick, phase at it and rate, earliest first.
     pub fn segments(&self) -> impl Iterator<Item = (Tick, Phase, i32)> + '_ {
         self.segments.iter().map(|segment| (segment.from, segment.phase, segment.rate))

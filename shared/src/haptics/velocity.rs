@@ -27,10 +27,14 @@ impl VelocityEstimate {
     pub fn follow(&mut self, position_m: Vec3, dt: Seconds) -> Vec3 {
         let before = self.last_m.replace(position_m);
         if let Some(before) = before.filter(|_| dt.0 > 0.0) {
-            let share = 1.0 - libm::expf(-dt.0 / Self::DELAY.0);
-            self.velocity_m_s += ((position_m - before) / dt.0 - self.velocity_m_s) * share;
+            self.velocity_m_s += ((position_m - before) / dt.0 - self.velocity_m_s) * Self::share(dt);
         }
         self.velocity_m_s
+    }
+
+    /// Share of a change that the low-pass lets through in a step.
+    pub(super) fn share(dt: Seconds) -> f32 {
+        1.0 - libm::expf(-dt.0 / Self::DELAY.0)
     }
 
     /// Forgets the way, since the tool was away.

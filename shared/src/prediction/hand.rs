@@ -7,11 +7,11 @@
 
 use glam::Vec3;
 
-use crate::clay::{Conditions, Contact, GridShape, MethodKind, SubStep};
+use crate::clay::{Conditions, Contact, GridShape, Material, MethodKind, SubStep};
 use crate::tool::{Position, Side, Tool, ToolSample};
 use crate::units::Tick;
 
-use super::Field;
+use super::{Field, ground};
 
 /// Clay as the predictor last knew it, handed to the device's thread.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ impl Hand {
     /// rim.
     pub fn side(&mut self, tick: Tick, tool: Tool, centre: Position) -> Side {
         let at_m = self.conditions.phase(tick).pot_from_room(centre.point_m());
-        let reach_m = self.substep.reach(tool).map_or(0.0, |reach| reach.0);
+        let reach_m = self.reach_m(tool);
         let pot = self.field.pot();
         let kept = self.side.filter(|_| !pot.is_above_rim(at_m - Vec3::Z * reach_m));
         *self.side.insert(kept.unwrap_or_else(|| pot.side_of(at_m)))
@@ -85,6 +85,50 @@ impl Hand {
     /// Forgets on which side the tool was, since there is none.
     pub const fn put_down(&mut self) {
         self.side = None;
+    }
+
+    /// Where a tool on its way to `to` first meets clay, or that place itself: a fast tool is stopped at the clay, so that no
+    /// wall is passed within a tick. A convex tool is not stopped: how far it reaches depends on how it is turned.
+    #[must_use]
+    pub fn stopped_at_clay(&self, tick: Tick, tool: Tool, side: Side, to: Position) -> Position {
+        let begin = self.last().filter(|last| last.tool == tool && last.side == side);
+        let begin = begin.filter(|_| self.side.is_some()).map(|last| last.centre).zip(tool.sphere());
+        let Some((from, sphere)) = begin else { return to };
+        let [from_m, to_m] = [from, to].map(|place| self.conditions.phase(tick).pot_from_room(place.point_m()));
+        let way = ground::Way { from_m, to_m, radius_m: sphere.radius().0, side };
+        let share = way.free_share(self.field.pot());
+        if share >= 1.0 {
+            return to;
+        }
+        Position::nearest(from.point_m().lerp(to.point_m(), share)).unwrap_or(to)
+    }
+
+    /// How fast the clay under a tool goes by in the room, m/s, the area of one of its elements, m², and what it is made of.
+    #[must_use]
+    pub fn ground(&self, sample: &ToolSample) -> (Vec3, f32, Material) {
+        let (tick, at_m) = (sample.tick, sample.centre.point_m());
+        let surface = &self.field.pot().surfaces()[0];
+        let velocity_m_s = Vec3::Z.cross(at_m) * self.conditions.wheel.rate_rad_s(tick);
+        let element_m2 = ground::element_m2(surface, at_m, self.reach_m(sample.tool), sample.side);
+        (velocity_m_s, element_m2, self.conditions.material.at(tick))
+    }
+
+    /// Whether the clay that was felt until `patch` was taken over is another under the tool than that which is felt now.
+    #[must_use]
+    pub fn is_corrected_since(&self, patch: &Patch) -> bool {
+        let Some(last) = self.last() else { return false };
+        let at_m = self.conditions.phase(last.tick).pot_from_room(last.centre.point_m());
+        self.conditions != patch.conditions
+            || ground::differs(self.field.pot(), patch.field.pot(), at_m, self.reach_m(last.tool))
+    }
+
+    /// How far a tool reaches from its centre, m.
+    fn reach_m(&self, tool: Tool) -> f32 {
+        self.substep.reach(tool).map_or(0.0, |reach| reach.0)
+    }
+
+    fn last(&self) -> Option<&ToolSample> {
+        self.recent[self.recorded.checked_sub(1)? % RECENT].as_ref()
     }
 
     /// Presses one sample; the contact's force is in the room's frame.

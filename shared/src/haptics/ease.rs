@@ -1,0 +1,88 @@
+//! What keeps the hand from jolts that it did not cause: corrected clay, a force that begins, a loop that stood still.
+//!
+//! Owns the two rates.
+//! Invariant: both only put off a change; what is given comes to what is wanted.
+
+use glam::Vec3;
+
+use crate::units::Seconds;
+
+/// The error that a correction of the clay left in the force, taken away little by little.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Correction {
+    error_n: Vec3,
+    before_n: Vec3,
+    settles_s: f32,
+}
+
+impl Correction {
+    /// How long the proxy takes to find corrected clay, s: ten Newton steps.
+    const SETTLES_S: f32 = 0.01;
+    /// Fastest that an error goes, N/s.
+    const RATE_MAX_N_S: f32 = 20.0;
+    /// Within 20 ms it goes by 6 % of the force or 0.09 N: a hand does not tell 7 % or 0.1 N apart, and the clay gives way meanwhile.
+    const SHARE_PER_S: f32 = 0.06 / 0.02;
+    const LEAST_N_S: f32 = 0.09 / 0.02;
+
+    /// Says that the clay under the tool is another from now on.
+    pub(super) const fn begin(&mut self) {
+        self.settles_s = Self::SETTLES_S;
+    }
+
+    /// The coupling's force with what is left of the error, N; `stiffened_m` is how far the device moved times the coupling's
+    /// stiffness, along the contact's `normal`.
+    ///
+    /// While the proxy looks for the new clay, every change along the normal that the device's own movement does not explain is
+    /// error.
+    pub(super) fn blend(&mut self, force_n: Vec3, normal: Vec3, moved_n: Vec3, dt: Seconds) -> Vec3 {
+        if self.settles_s > 0.0 {
+            self.settles_s -= dt.0;
+            let explained = (self.before_n - moved_n).dot(normal).max(0.0);
+            self.error_n += normal * (explained - force_n.dot(normal));
+        }
+        self.before_n = force_n;
+        let error_n = self.error_n.length();
+        if error_n > 0.0 {
+            let rate_n_s = (Self::SHARE_PER_S * (force_n + self.error_n).length()).max(Self::LEAST_N_S);
+            let left_n = (error_n - rate_n_s.min(Self::RATE_MAX_N_S) * dt.0).max(0.0);
+            self.error_n *= left_n / error_n;
+        }
+        force_n + self.error_n
+    }
+
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// The ramp by which the force comes, after a pause of whatever kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ramp {
+    given_n: Vec3,
+    is_follower: bool,
+}
+
+impl Ramp {
+    /// How fast the force comes, N/s: a tenth of a newton in a tick of 1 kHz.
+    const RATE_N_S: f32 = 100.0;
+    /// A tick that is longer is a loop that stood still.
+    const STALL_S: f32 = 3.5e-3;
+    const TICK_S: f32 = 1e-3;
+
+    /// The force to give, N.
+    pub(super) fn ease(&mut self, force_n: Vec3, dt: Seconds) -> Vec3 {
+        if dt.0 > Self::STALL_S {
+            self.is_follower = false;
+        }
+        let change_n = force_n - self.given_n;
+        let most_n = Self::RATE_N_S * dt.0.min(Self::TICK_S);
+        self.is_follower |= change_n.length() <= most_n;
+        self.given_n = if self.is_follower { force_n } else { self.given_n + change_n.clamp_length_max(most_n) };
+        self.given_n
+    }
+
+    /// Begins at nothing again.
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}

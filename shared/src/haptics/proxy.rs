@@ -1,0 +1,107 @@
+//! The proxy: what presses the clay in the device's stead.
+//!
+//! Owns its place and how it follows; knows the clay by its answers only.
+//! Invariant: it is pulled into the clay by no more than the device's peak force, however far the device is.
+
+use glam::Vec3;
+
+use super::Coupling;
+use super::drag::{Drag, Wet};
+use crate::tool::Position;
+use crate::units::Seconds;
+
+/// What the clay answered to the press of a tick, in the room's frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Touch {
+    /// Where the tool was pressed.
+    pub centre: Position,
+    /// Force of the clay on the tool, N, before scaling.
+    pub force_n: Vec3,
+    /// Largest penetration, m.
+    pub penetration_m: f32,
+    /// The clay along which it slides; `None` where the method brings its own drag or there is none.
+    pub wet: Option<Wet>,
+}
+
+/// A massless tool on the coupling.
+///
+/// Its balance, clay against coupling, is found by one Newton step a tick along the contact's normal,
+/// `Δ = (s·F + K·(x_d − x))·n/(K + k)`, where k = 2·s·F/p is the slope of a contact whose area grows with its depth p and more than that of one
+/// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. Across the
+/// normal it slides as [`Drag`] lets it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Proxy {
+    /// Where it is meant to be, and where it was pressed, to the step in which places travel.
+    at_m: Option<Vec3>,
+    pressed_m: Vec3,
+    /// Force felt there, its direction when there was one last, and the contact's stiffness, all scaled.
+    felt_n: Vec3,
+    normal: Vec3,
+    stiffness_n_m: f32,
+    drag: Drag,
+    clay_velocity_m_s: Vec3,
+}
+
+impl Proxy {
+    /// Least penetration that a stiffness is reckoned from, m: a tenth of the step in which places travel.
+    const SHALLOW_M: f32 = 1e-6;
+    /// Share of the coupling's stiffness below which a contact is none; slip of water has ten times as much.
+    const LEFT: f32 = 0.02;
+
+    pub(super) const fn at_m(&self) -> Option<Vec3> {
+        self.at_m
+    }
+
+    /// The direction in which the clay last pushed.
+    pub(super) const fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Whether nothing holds it back: it touches nothing, and what is left of a contact that was lost is little.
+    pub(super) fn is_free(&self, coupling: &Coupling) -> bool {
+        self.at_m.is_none() || self.stiffness_n_m < Self::LEFT * coupling.stiffness_n_m
+    }
+
+    /// Follows a device for dt.
+    pub(super) fn follow(&mut self, device_m: Vec3, coupling: &Coupling, peak_n: f32, dt: Seconds) -> Vec3 {
+        let stiffness = coupling.stiffness_n_m;
+        let at_m = if self.is_free(coupling) {
+            device_m
+        } else {
+            let reach_m = (device_m - self.pressed_m).clamp_length_max(peak_n / stiffness);
+            let into = (self.felt_n + reach_m * stiffness).dot(self.normal) / (stiffness + self.stiffness_n_m);
+            let along = |vector: Vec3| vector - self.normal * vector.dot(self.normal);
+            let carried_m = along(self.clay_velocity_m_s * dt.0);
+            let slip_m = self.drag.slip_m(along(reach_m) - carried_m, stiffness, dt);
+            self.pressed_m + self.normal * into + carried_m + slip_m
+        };
+        self.at_m = Some(at_m);
+        at_m
+    }
+
+    /// Takes the clay's answer.
+    pub(super) fn meet(&mut self, touch: &Touch, felt_share: f32) {
+        let step_m = Position::STEP.0;
+        self.pressed_m = touch.centre.point_m();
+        // stopped on its way: there it is
+        if self.at_m.is_none_or(|at_m| (at_m - self.pressed_m).abs().max_element() > 0.6 * step_m) {
+            self.at_m = Some(self.pressed_m);
+        }
+        self.felt_n = touch.force_n * felt_share;
+        let force_n = self.felt_n.length();
+        // half of the last at least, so that a contact that was grazed or lost for a tick does not let go at once
+        self.stiffness_n_m *= 0.5;
+        if force_n > 0.0 {
+            self.normal = self.felt_n / force_n;
+            let here_n_m = 2.0 * force_n / touch.penetration_m.max(Self::SHALLOW_M);
+            self.stiffness_n_m = self.stiffness_n_m.max(here_n_m);
+        }
+        let slides = touch.wet.filter(|_| force_n > 0.0);
+        self.drag = slides.map_or_else(Drag::default, |wet| Drag::of(&wet, touch.force_n.length(), felt_share));
+        self.clay_velocity_m_s = slides.map_or(Vec3::ZERO, |wet| wet.clay_velocity_m_s);
+    }
+}
