@@ -21,6 +21,7 @@ mod pictures;
 pub mod progress;
 mod raster;
 pub mod speed;
+pub mod stability;
 pub mod table1;
 pub mod volume;
 

@@ -19,6 +19,7 @@ use pottery_shared::clay::MethodKind;
 use crate::chart::ChartError;
 use crate::chart::csv::{self, Cell, Row};
 pub use list::SCENARIOS;
+pub(crate) use scene::{Scene, spread_percent};
 
 /// The methods that are tried, and their names, as the columns of the table.
 pub const METHODS: [(MethodKind, &str); 3] =
@@ -106,10 +107,19 @@ impl Outcome {
     }
 }
 
-/// Puts every method through the scenarios of which `chosen` is true, and tells of each before it begins.
-pub fn run(chosen: impl Fn(&Scenario) -> bool, mut told: impl FnMut(&Scenario)) -> Vec<Outcome> {
+/// Puts every method through the scenarios of [`SCENARIOS`] of which `chosen` is true, and tells of each before it begins.
+pub fn run(chosen: impl Fn(&Scenario) -> bool, told: impl FnMut(&Scenario)) -> Vec<Outcome> {
+    run_of(SCENARIOS, chosen, told)
+}
+
+/// The same with another list.
+pub fn run_of(
+    scenarios: &'static [Scenario],
+    chosen: impl Fn(&Scenario) -> bool,
+    mut told: impl FnMut(&Scenario),
+) -> Vec<Outcome> {
     let mut outcomes = Vec::new();
-    for scenario in SCENARIOS.iter().filter(|scenario| chosen(scenario)) {
+    for scenario in scenarios.iter().filter(|scenario| chosen(scenario)) {
         told(scenario);
         for (method, _) in METHODS {
             outcomes.push(Outcome { scenario, method, figure: (scenario.measure)(method) });
@@ -147,8 +157,8 @@ impl Row for Outcome {
 
 /// The table of scenarios and methods as Markdown, and the reason for every threshold.
 #[must_use]
-pub fn page(outcomes: &[Outcome]) -> String {
-    let mut page = String::from("# Where methods fail\n\n");
+pub fn page(heading: &str, outcomes: &[Outcome]) -> String {
+    let mut page = format!("# {heading}\n\n");
     let mut line = |text: std::fmt::Arguments<'_>| writeln!(page, "{text}").expect("writing to a string does not fail");
     line(format_args!("What fails is in bold. Nothing is timed, and dice have a fixed seed.\n"));
     let names = METHODS.map(|(_, name)| name).join(" | ");
@@ -198,12 +208,20 @@ pub fn table(outcomes: &[Outcome]) -> String {
 /// # Errors
 /// [`ChartError::Write`] when one cannot be written; choose another folder.
 pub fn write(outcomes: &[Outcome], folder: &Path) -> Result<(), ChartError> {
+    write_as(outcomes, folder, "failures", "Where methods fail")
+}
+
+/// The same under another name and heading.
+///
+/// # Errors
+/// As [`write`](fn@write).
+pub fn write_as(outcomes: &[Outcome], folder: &Path, name: &str, heading: &str) -> Result<(), ChartError> {
     let written = |path: &Path, done: std::io::Result<()>| {
         done.map_err(|source| ChartError::Write { path: path.to_owned(), source })
     };
     written(folder, std::fs::create_dir_all(folder))?;
-    for (name, text) in [("failures.csv", csv::text(outcomes)), ("failures.md", page(outcomes))] {
-        let path = folder.join(name);
+    for (ending, text) in [("csv", csv::text(outcomes)), ("md", page(heading, outcomes))] {
+        let path = folder.join(name).with_extension(ending);
         written(&path, std::fs::write(&path, text))?;
     }
     Ok(())

@@ -2,7 +2,8 @@
 //!
 //! Owns what tests stand on: seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
 //! [`proxy`] on real sockets; the [`reference`](mod@reference) dents, the [`failures`] that methods
-//! are tried for, the [`yardstick`] methods of other authors, and a [`twin`] of each haptic device.
+//! are tried for, how firmly a hand holds on in [`stability`], the [`yardstick`] methods of other authors, and a
+//! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod chart;
@@ -15,5 +16,6 @@ pub mod network;
 pub mod programs;
 pub mod proxy;
 pub mod reference;
+pub mod stability;
 pub mod twin;
 pub mod yardstick;

@@ -8,6 +8,7 @@ mod dent;
 mod failures;
 mod finite_elements;
 mod fit;
+mod stability;
 
 use std::process::ExitCode;
 
@@ -23,6 +24,8 @@ Examples:
       the same after two turns of the wheel
   accuracy-chart failures --out failures
       which method kicks, sinks, loses clay or breaks, and by how much
+  accuracy-chart stability --out stability
+      which method trembles in a hand, gives energy back or jolts, and how stiff it may be at which delay
   accuracy-chart fit
       where the constants of the studio's own clay come from, and how near they bring it";
 
@@ -47,6 +50,8 @@ enum Command {
     Dent(dent::DentFlags),
     /// Put every method through what makes methods fail, and print and write the table
     Failures(failures::FailuresFlags),
+    /// Put every method into simulated hands, and print and write how firmly they can hold on
+    Stability(stability::StabilityFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
     FiniteElements(finite_elements::FiniteElementsFlags),
     /// Fit the studio's own clay to the finite-element dents again, and print the constants beside those in use
@@ -62,6 +67,7 @@ fn main() -> ExitCode {
     let done = match (arguments.command, arguments.chart) {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
         (Some(Command::Failures(flags)), _) => failures::run(&flags),
+        (Some(Command::Stability(flags)), _) => stability::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Fit(flags)), _) => fit::run(&flags),
         (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),

@@ -1,0 +1,36 @@
+//! `accuracy-chart stability`: how firmly a hand can hold on to the clay of each method.
+//!
+//! Owns its flags and what it prints; scenarios, plane and files are the library's.
+//! Invariant: a name that fits no scenario is refused before anything is run.
+
+use std::path::PathBuf;
+
+use pottery_tests::failures::{self, Scenario};
+use pottery_tests::stability::{self, SCENARIOS};
+
+#[derive(clap::Args, Debug)]
+pub(crate) struct StabilityFlags {
+    /// Folder for stability.csv, stability.md, stability-plane.csv and stability-plane.png; made when it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Only scenarios that have these words in their names, and no plane
+    #[arg(long, value_name = "WORDS")]
+    only: Option<String>,
+}
+
+/// Puts every method through the scenarios, writes table and plane and prints the table.
+pub(crate) fn run(flags: &StabilityFlags) -> Result<(), Box<dyn std::error::Error>> {
+    let chosen = |scenario: &Scenario| flags.only.as_ref().is_none_or(|words| scenario.name.contains(words));
+    if !SCENARIOS.iter().any(chosen) {
+        let names: Vec<_> = SCENARIOS.iter().map(|scenario| scenario.name).collect();
+        return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
+    }
+    std::fs::create_dir_all(&flags.out).map_err(|error| {
+        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
+    })?;
+    let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| eprintln!("{}", scenario.name));
+    let plane = if flags.only.is_none() { stability::measure_plane() } else { Vec::new() };
+    stability::write(&outcomes, &plane, &flags.out)?;
+    println!("{}", failures::table(&outcomes));
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! The studio's own loop on its own clay, with a device that is told where to be.
+//!
+//! Owns the device and the loop's other end; what is done with them is the scenarios' affair.
+//! Invariant: a tick is the studio's: nothing of it is made anew here.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::Vec3;
+use pottery_client::HapticLoop;
+use pottery_client::boundary::{NetSide, boundary};
+use pottery_client::device::Device;
+use pottery_shared::clay::{Conditions, Method, MethodKind, Phase, Pot, PotSpec, Support, Wheel};
+use pottery_shared::haptics::{DeviceSpecs, Setup};
+use pottery_shared::prediction::{Field, Patch};
+use pottery_shared::tool::{Tool, ToolSample};
+use pottery_shared::units::{Rpm, Seconds, Tick};
+
+use super::mechanism::{Grip, Mechanism};
+use super::plane::stages;
+
+/// What is held, and by what.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene {
+    pub(super) method: MethodKind,
+    pub(super) specs: DeviceSpecs,
+    pub(super) support: Support,
+    pub(super) rpm: f32,
+    pub(super) delay_s: f64,
+}
+
+impl Scene {
+    /// A PHANToM Omni on a backed pot that stands still.
+    pub(super) const fn of(method: MethodKind) -> Self {
+        Self { method, specs: DeviceSpecs::OMNI, support: Support::Backed, rpm: 0.0, delay_s: 0.0 }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Held {
+    position_m: Option<Vec3>,
+    force_n: Vec3,
+}
+
+struct ToldDevice {
+    held: Arc<Mutex<Held>>,
+    setup: Setup,
+}
+
+impl Device for ToldDevice {
+    fn position(&mut self, _: f64) -> Option<Vec3> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).position_m
+    }
+
+    fn tool(&self) -> Tool {
+        Tool::default()
+    }
+
+    fn set_force(&mut self, force_n: Vec3) {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).force_n = force_n;
+    }
+
+    fn specs(&self) -> DeviceSpecs {
+        self.setup.specs
+    }
+
+    fn setup(&self, _: f32) -> Setup {
+        self.setup
+    }
+}
+
+/// What came of a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Felt {
+    /// What the device was given, N.
+    pub(super) force_n: Vec3,
+    /// How fast the hand moved after it, m/s, and the work that the force did on it so far, J.
+    pub(super) speed_m_s: f64,
+    pub(super) work_j: f64,
+}
+
+/// The loop.
+pub(super) struct Bench {
+    hand: HapticLoop,
+    pub(super) net: NetSide,
+    held: Arc<Mutex<Held>>,
+    local: u64,
+    resolution_m: f64,
+    delay_s: f64,
+}
+
+impl Bench {
+    /// Where the standard tool just touches the wall, m.
+    pub(super) const TOUCHING_M: Vec3 = Vec3::new(0.072, 0.0, 0.1);
+
+    pub(super) fn new(scene: &Scene) -> Self {
+        let setup = Setup {
+            stages: stages(scene.method),
+            delay: Seconds(scene.delay_s as f32),
+            ..Setup::for_device(scene.specs, scene.method.felt_share())
+        };
+        let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(scene.rpm)));
+        let conditions = Conditions { wheel, method: scene.method, ..Conditions::default() };
+        let (side, net) = boundary(&Patch { field: Field::new(Self::pot(scene), Tick(0)), conditions });
+        let held = Arc::new(Mutex::new(Held::default()));
+        let device = ToldDevice { held: Arc::clone(&held), setup };
+        Self {
+            hand: HapticLoop::new(Box::new(device), side),
+            net,
+            held,
+            local: 0,
+            resolution_m: f64::from(scene.specs.resolution_m),
+            delay_s: scene.delay_s,
+        }
+    }
+
+    /// The pot on which a scene begins.
+    pub(super) fn pot(scene: &Scene) -> Pot {
+        let spec = PotSpec { keeps_volume: scene.method.keeps_volume(), support: scene.support, ..PotSpec::default() };
+        Pot::new(spec).expect("a pot of the suite")
+    }
+
+    /// The pot as it is.
+    pub(super) fn clay(&self) -> &Pot {
+        self.hand.hand().field().pot()
+    }
+
+    /// The number of the last tick.
+    pub(super) const fn local(&self) -> u64 {
+        self.local
+    }
+
+    /// Does a tick with the device somewhere; the force on the hand, N, and what was pressed.
+    pub(super) fn tick(&mut self, device_m: Option<Vec3>) -> (Vec3, Option<ToolSample>) {
+        self.local += 1;
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).position_m = device_m;
+        self.hand.tick(self.local);
+        let force_n = self.held.lock().unwrap_or_else(PoisonError::into_inner).force_n;
+        (force_n, self.net.next_sample())
+    }
+
+    /// Lets ticks go by undone.
+    pub(super) const fn stall(&mut self, ticks: u64) {
+        self.local += ticks;
+    }
+
+    /// Puts the device into a hand that means to be somewhere at every second, and tells what it feels for so many ticks.
+    pub(super) fn hold(&mut self, grip: Grip, ticks: u32, meant_m: impl Fn(f64) -> Vec3) -> Vec<Felt> {
+        let mut mechanism = Mechanism::at_rest(grip, meant_m(0.0), self.resolution_m, self.delay_s);
+        let mut work_j = 0.0;
+        (0..ticks)
+            .map(|tick| {
+                let device_m = mechanism.reported_m();
+                let (force_n, _) = self.tick(Some(device_m));
+                work_j += mechanism.pass(force_n, meant_m(f64::from(tick) * 1e-3), 1e-3);
+                let speed_m_s = mechanism.motion().1.length();
+                Felt { force_n, speed_m_s, work_j }
+            })
+            .collect()
+    }
+}

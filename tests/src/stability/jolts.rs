@@ -1,0 +1,188 @@
+//! What jolts a hand that did nothing of the kind: transitions, stalls, corrections, faults, walls passed through.
+//!
+//! Owns the scenarios in which the device goes where it is told, whatever it is given.
+//! Invariant: forces are those that the device gets.
+
+use glam::Vec3;
+use pottery_shared::clay::{MethodKind, Support};
+use pottery_shared::haptics::{Coupling, DeviceSpecs};
+use pottery_shared::prediction::Field;
+use pottery_shared::tool::Side;
+use pottery_shared::units::{Seconds, Tick};
+
+use super::bench::{Bench, Scene};
+
+/// A place `depth_mm` deeper than where the tool just touches.
+fn deep(depth_mm: f32) -> Vec3 {
+    Bench::TOUCHING_M - Vec3::X * (depth_mm * 1e-3)
+}
+
+/// Stiffness that a hand feels at most, N/m: the coupling's, or the steepest rise of the force where there is none.
+fn stiffness_n_m(method: MethodKind, step_mm: f32) -> f32 {
+    if method == MethodKind::Plastic {
+        return Coupling::tuned(&DeviceSpecs::OMNI, Tick::PERIOD, Seconds(0.0)).stiffness_n_m;
+    }
+    let mut bench = Bench::new(&unlimited(method));
+    let mut last_n = 0.0;
+    let mut steepest = 0.0_f32;
+    for tick in 0..(4.0 / step_mm) as u16 {
+        let force_n = bench.tick(Some(deep(step_mm * f32::from(tick) - 1.0))).0.x;
+        steepest = steepest.max((force_n - last_n).abs() / (step_mm * 1e-3));
+        last_n = force_n;
+    }
+    steepest
+}
+
+/// A device that bears any force, so that the limit hides nothing.
+fn unlimited(method: MethodKind) -> Scene {
+    let mut scene = Scene::of(method);
+    scene.specs.peak_force_n = 100.0;
+    scene.specs.continuous_force_n = None;
+    scene
+}
+
+/// Largest change of force in a tick over K·v·T while the tool goes in until its centre is 3 mm behind the wall, and out again.
+pub(super) fn centre_crosses(method: MethodKind) -> f64 {
+    const STEP_MM: f32 = 0.2;
+    let even_n = stiffness_n_m(method, STEP_MM) * STEP_MM * 1e-3;
+    let mut bench = Bench::new(&unlimited(method));
+    let mut last_n = Vec3::ZERO;
+    let mut largest_n = 0.0_f32;
+    for tick in 0..170_i16 {
+        let depth_mm = STEP_MM * f32::from(85 - (tick - 85).abs()) - 2.0;
+        let (force_n, _) = bench.tick(Some(deep(depth_mm)));
+        largest_n = largest_n.max((force_n - last_n).length());
+        last_n = force_n;
+    }
+    f64::from(largest_n / even_n)
+}
+
+/// Largest change of force in a tick, N, after the loop stood still for 50 ms while the hand went 8 mm deeper.
+pub(super) fn stall(method: MethodKind) -> f64 {
+    let mut bench = Bench::new(&Scene::of(method));
+    for tick in 0..200_u8 {
+        bench.tick(Some(deep(f32::from(tick) * 0.01)));
+    }
+    let (mut last_n, _) = bench.tick(Some(deep(2.0)));
+    bench.stall(50);
+    let mut largest_n = 0.0_f32;
+    for _ in 0..300 {
+        let (force_n, _) = bench.tick(Some(deep(10.0)));
+        largest_n = largest_n.max((force_n - last_n).length());
+        last_n = force_n;
+    }
+    f64::from(largest_n)
+}
+
+/// Most ticks until there is no force, after a jump, a place that is none, and a device that is gone.
+pub(super) fn faults(method: MethodKind) -> f64 {
+    let odd = [Some(deep(52.0)), Some(deep(-50.0)), Some(Vec3::NAN), Some(Vec3::splat(f32::INFINITY)), None];
+    let slowest = odd.map(|odd| {
+        let mut bench = Bench::new(&Scene::of(method));
+        for tick in 0..200_u8 {
+            bench.tick(Some(deep(f32::from(tick) * 0.01)));
+        }
+        let ticks = (1..20).find(|_| bench.tick(odd).0 == Vec3::ZERO);
+        // the session goes on, and what is sound again is felt again
+        let is_back = (0..400).any(|_| bench.tick(Some(deep(2.0))).0.x > 0.05);
+        ticks.filter(|_| is_back).map_or(f64::INFINITY, f64::from)
+    });
+    slowest.into_iter().fold(0.0, f64::max)
+}
+
+/// Largest change of force within 20 ms, over 7 % of it or 0.1 N, when the clay under the tool is suddenly 0.5 mm lower.
+pub(super) fn correction(method: MethodKind) -> f64 {
+    let scene = Scene::of(method);
+    let mut bench = Bench::new(&scene);
+    // long enough for the clay to have given way
+    for tick in 0..1500_u16 {
+        bench.tick(Some(deep((f32::from(tick) * 0.01).min(3.0))));
+    }
+    let (mut pot, through) = (bench.clay().clone(), Tick(bench.local()));
+    let surface = &mut pot.surfaces_mut()[0];
+    for column in 0..surface.shape().columns() {
+        for row in 0..surface.shape().rows() {
+            let radius_m = surface.column_m(column)[row as usize];
+            surface.set_radius(column, row, radius_m - 0.5e-3);
+        }
+    }
+    let mut forces_n = Vec::new();
+    for tick in 0..600 {
+        if tick == 50 {
+            bench.net.publish(|patch| patch.field = Field::new(pot.clone(), through));
+        }
+        forces_n.push(bench.tick(Some(deep(3.0))).0);
+    }
+    let jolt = |pair: &[Vec3]| {
+        let (first, last) = (pair[0], pair[pair.len() - 1]);
+        f64::from((last - first).length() / (0.07 * first.length()).max(0.1))
+    };
+    forces_n.windows(21).map(jolt).fold(0.0, f64::max)
+}
+
+/// How far a tool that is thrown through a hollow pot at 4 m/s gets through the wall that it meets, over the wall's
+/// thickness.
+pub(super) fn thrown_through(method: MethodKind) -> f64 {
+    const SPEED_MM: f32 = 4.0;
+    let mut farthest_m = 0.0_f32;
+    for support in [Support::Hollow, Support::Backed] {
+        let mut bench = Bench::new(&Scene { support, ..Scene::of(method) });
+        let wall_m = bench.clay().spec().wall.0;
+        for tick in 0..30_u8 {
+            // begins in the air and ends beyond the axis
+            let (_, sample) = bench.tick(Some(deep(SPEED_MM * f32::from(tick) - 18.0)));
+            let Some(sample) = sample else { continue };
+            if sample.side == Side::Inside {
+                return f64::INFINITY;
+            }
+            // a hollow wall bends away under it, so that there it is the side alone that tells
+            if support == Support::Backed {
+                farthest_m = farthest_m.max((Bench::TOUCHING_M.x - sample.centre.point_m().x) / wall_m);
+            }
+        }
+    }
+    f64::from(farthest_m)
+}
+
+/// Largest angle between the force that is given and the one that is wanted, in degrees, for a tool pushed in aslant until
+/// the device gives all it can.
+pub(super) fn saturation(method: MethodKind) -> f64 {
+    let press = |scene: &Scene| {
+        let mut bench = Bench::new(scene);
+        let forces = (0..1000_u16).map(|tick| {
+            let way = f32::from(tick) * 1e-5;
+            bench.tick(Some(deep(0.0) + Vec3::new(-way, 0.0, 0.5 * way))).0
+        });
+        forces.collect::<Vec<_>>()
+    };
+    let (mut weak, strong) = (Scene::of(method), unlimited(method));
+    // the published methods hardly reach what a device gives
+    weak.specs.peak_force_n = 0.2;
+    weak.specs.continuous_force_n = None;
+    // ours presses the clay with no more than is felt, so that the clay itself is another: there the coupling says what is wanted
+    let wanted = if method == MethodKind::Plastic { coupled(&weak) } else { press(&strong) };
+    let (mut largest, mut saturated) = (0.0_f32, 0);
+    for (given, wanted) in press(&weak).into_iter().zip(wanted) {
+        if given.length() > weak.specs.peak_force_n * 1.0001 {
+            return f64::INFINITY;
+        }
+        if wanted.length() > weak.specs.peak_force_n * 1.5 {
+            saturated += 1;
+            largest = largest.max(given.angle_between(wanted));
+        }
+    }
+    if saturated > 100 { f64::from(largest).to_degrees() } else { f64::INFINITY }
+}
+
+/// The force of the coupling alone for the press of [`saturation`].
+fn coupled(scene: &Scene) -> Vec<Vec3> {
+    let mut bench = Bench::new(scene);
+    let stiffness = Coupling::tuned(&scene.specs, Tick::PERIOD, Seconds(0.0)).stiffness_n_m;
+    let forces = (0..1000_u16).map(|tick| {
+        let way = f32::from(tick) * 1e-5;
+        let device_m = deep(0.0) + Vec3::new(-way, 0.0, 0.5 * way);
+        bench.tick(Some(device_m));
+        bench.net.status().tool_m().map_or(Vec3::ZERO, |tool_m| (tool_m - device_m) * stiffness)
+    });
+    forces.collect()
+}

@@ -1,0 +1,124 @@
+//! Every scenario of device, hand, chain and clay, and that its table is honest: ours passes, and what is known to fail
+//! does.
+//!
+//! What is done and what it must keep to stands in `src/stability/`.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+use std::sync::LazyLock;
+
+use pottery_shared::clay::MethodKind;
+use pottery_tests::failures::{self, METHODS, Outcome};
+use pottery_tests::stability::{self, Grip, Mechanism, PlanePoint, SCENARIOS, bound_n_m};
+
+/// Every method in every scenario, run once.
+static OUTCOMES: LazyLock<Vec<Outcome>> = LazyLock::new(|| failures::run_of(SCENARIOS, |_| true, |_| {}));
+
+fn assert_none(rule: &str, outcomes: impl Iterator<Item = &'static Outcome>) {
+    let broken: Vec<_> = outcomes
+        .map(|Outcome { scenario, method, figure }| {
+            format!("{}, {method:?}: {figure} {} for {}", scenario.name, scenario.unit, scenario.bound)
+        })
+        .collect();
+    assert!(broken.is_empty(), "{rule}:\n  {}", broken.join("\n  "));
+}
+
+#[test]
+fn ours_passes_every_scenario() {
+    let ours = OUTCOMES.iter().filter(|outcome| outcome.method == MethodKind::Plastic);
+    assert_none("ours fails", ours.filter(|outcome| !outcome.passes()));
+}
+
+#[test]
+fn published_methods_fail_where_they_are_known_to_and_nowhere_else() {
+    let other = OUTCOMES.iter().filter(|outcome| outcome.method != MethodKind::Plastic && !outcome.is_as_known());
+    assert_none("not as the list says", other);
+}
+
+#[test]
+fn every_scenario_says_what_it_is_and_why() {
+    let names: BTreeSet<_> = SCENARIOS.iter().map(|scenario| scenario.name).collect();
+    assert_eq!(names.len(), SCENARIOS.len(), "two scenarios of one name");
+    for scenario in SCENARIOS {
+        let said = [scenario.name, scenario.figure, scenario.reason];
+        assert!(said.iter().all(|words| words.len() > 5), "{}", scenario.name);
+        assert!(scenario.bound.threshold().is_finite(), "{}", scenario.name);
+        assert!(!scenario.fails.contains(&MethodKind::Plastic), "{}: ours is let off", scenario.name);
+    }
+}
+
+#[test]
+fn simulated_hand_swings_as_mass_spring_and_damper_do() {
+    // let go 10 mm from where it means to be, and exact
+    let Grip { mass_kg, damping_ns_m, stiffness_n_m, .. } = Grip::STANDARD;
+    let mut hand = Mechanism::at_rest(Grip::STANDARD, glam::Vec3::X * 0.01, 0.0, 0.0);
+    let (decay, spring) = (0.5 * damping_ns_m / mass_kg, stiffness_n_m / mass_kg);
+    let turn = (spring - decay * decay).sqrt();
+    for tick in 1..=500 {
+        hand.pass(glam::Vec3::ZERO, glam::Vec3::ZERO, 1e-3);
+        let seconds = f64::from(tick) * 1e-3;
+        let (sin, cos) = (turn * seconds).sin_cos();
+        let exact_m = 0.01 * (-decay * seconds).exp() * (cos + decay / turn * sin);
+        // steps of 0.1 ms of a swing of 6 Hz: half a step late, 0.1 ms·39/s of the way
+        assert!((hand.motion().0.x - exact_m).abs() < 0.01 * 0.004, "{seconds} s");
+    }
+}
+
+#[test]
+fn simulated_device_gives_its_force_as_late_as_it_says() {
+    let late = |delay_s: f64| {
+        let mut device = Mechanism::at_rest(Grip::LIGHT, glam::Vec3::ZERO, 0.0, delay_s);
+        (0..20).find(|_| {
+            device.pass(glam::Vec3::X, glam::Vec3::ZERO, 1e-3);
+            device.motion().1.x > 0.0
+        })
+    };
+    assert_eq!([0.0, 1e-3, 5e-3].map(late), [Some(0), Some(1), Some(5)]);
+}
+
+#[test]
+fn bound_is_that_of_the_literature_for_the_standard_hand() {
+    // 8.2, 2.75 and 0.77 N/mm, as they are quoted to two or three digits
+    for (delay_s, quoted) in [(0.0, 8200.0), (1e-3, 2750.0), (5e-3, 770.0)] {
+        let bound = bound_n_m(&Grip::STANDARD, delay_s);
+        assert!((bound / quoted - 1.0).abs() < 0.04, "{bound} N/m at {delay_s} s");
+    }
+}
+
+#[test]
+fn files_hold_every_method_in_every_scenario_and_the_plane() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stability");
+    let point = |(method, _): (MethodKind, &str), delay_s| PlanePoint {
+        method,
+        grip: Grip::STANDARD,
+        delay_s,
+        stable_n_m: 1000.0,
+    };
+    let plane: Vec<_> = METHODS.into_iter().flat_map(|method| [point(method, 0.0), point(method, 5e-3)]).collect();
+    stability::write(&OUTCOMES, &plane, &folder).unwrap();
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert_eq!(read("stability.csv").lines().count(), 1 + SCENARIOS.len() * METHODS.len());
+    assert_eq!(read("stability-plane.csv").lines().count(), 1 + plane.len());
+    let page = read("stability.md");
+    assert!(SCENARIOS.iter().all(|scenario| page.contains(scenario.name) && page.contains(scenario.reason)));
+    assert!(std::fs::metadata(folder.join("stability-plane.png")).unwrap().len() > 10_000);
+}
+
+#[test]
+fn program_prints_and_writes_what_was_chosen_and_refuses_what_there_is_not() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stability-program");
+    let program = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        command.arg("stability").arg("--out").arg(&folder).args(arguments).output().unwrap()
+    };
+    let output = program(&["--only", "stands still"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
+    assert!(folder.join("stability.csv").exists() && !folder.join("stability-plane.png").exists());
+    let refused = program(&["--only", "dragons"]);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && said.contains("no scenario has such a name"), "{said}");
+}
