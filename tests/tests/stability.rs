@@ -3,8 +3,6 @@
 //!
 //! What is done and what it must keep to stands in `src/stability/`.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
