@@ -269,6 +269,20 @@ impl Stroke {
         self.tool
     }
 
+    /// The same path for another tool, its centre farther from the axis by `by_m`, or nearer, but not beyond it.
+    ///
+    /// # Errors
+    /// [`SampleError`] when a sample would then be out of bounds.
+    pub fn with_tool(&self, tool: Tool, by_m: f32) -> Result<Self, SampleError> {
+        let mut stroke = Self::empty(tool, self.wheel_speed);
+        for sample in &self.samples {
+            let out = sample.centre_m.with_z(0.0);
+            let centre_m = sample.centre_m + out.normalize_or_zero() * by_m.max(-out.length());
+            stroke.push(Sample { centre_m, ..*sample })?;
+        }
+        Ok(stroke)
+    }
+
     /// Turning speed of the wheel it was made on.
     #[must_use]
     pub const fn wheel_speed(&self) -> Rpm {

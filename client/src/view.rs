@@ -9,6 +9,7 @@ use std::time::Duration;
 use pottery_shared::clay::{Conditions, Pot, Surface};
 use pottery_shared::session::{Client, RemoteTool};
 use pottery_shared::snapshot::Touched;
+use pottery_shared::tool::{ConvexTool, Shape};
 
 /// How the connection stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +31,10 @@ pub struct View {
     pub pot: Pot,
     /// Tiles to draw anew.
     pub changed: Touched,
+    /// The convex tools of the wheel, by their number.
+    pub rack: Arc<[ConvexTool]>,
+    /// The number of the tool that this client brought last, or the sentence that says why it has none.
+    pub brought: Option<Result<Shape, String>>,
     /// Everybody's tools, the client's own included.
     pub tools: Vec<RemoteTool>,
     /// Wheel, material and method.
@@ -58,6 +63,8 @@ impl SharedView {
             number: session.number(),
             changed,
             pot,
+            rack: session.rack(),
+            brought: None,
             tools: Vec::new(),
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),

@@ -3,13 +3,14 @@
 //! Owns the connection after the welcome. Prediction is the session's; this task only feeds it and hands on.
 //! Invariant: own samples reach the session in the order of their making, before any clay that came later.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
 use pottery_shared::clay::Material;
 use pottery_shared::protocol::{DATAGRAM_MAX, KEYFRAME_MAX, Request};
 use pottery_shared::session::{Client, ClientEvent, StepCounts};
-use pottery_shared::tool::ToolSample;
+use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
@@ -32,12 +33,14 @@ const REBASE_REST: u32 = 4;
 const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 
 /// What a person asks of the worker.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Command {
     /// Turn the wheel at this speed.
     WheelSpeed(Rpm),
     /// Make the wheel's clay another.
     Clay(Material),
+    /// Bring a tool to the wheel; the view says what came of it.
+    Bring(Arc<ConvexTool>),
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -186,6 +189,9 @@ impl Worker {
                 command = self.commands.recv(), if leaving.is_none() => match command {
                     Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
                     Some(Command::Clay(material)) => self.session.request(&Request::Clay { clay: material.into() }),
+                    Some(Command::Bring(tool)) => if let Err(error) = self.session.bring(&tool) {
+                        self.view.lock().brought = Some(Err(error.to_string()));
+                    },
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
                     }
@@ -275,6 +281,13 @@ impl Worker {
                     }
                 }
                 ClientEvent::Conditions => is_corrected = true,
+                ClientEvent::Rack => {
+                    // the hand learns of it with the clay
+                    is_corrected = true;
+                    self.view.lock().rack = self.session.rack();
+                }
+                ClientEvent::Brought(shape) => self.view.lock().brought = Some(Ok(shape)),
+                ClientEvent::NotBrought(reason) => self.view.lock().brought = Some(Err(reason.to_string())),
                 ClientEvent::Closing => tracing::info!("the studio closes"),
             }
         }

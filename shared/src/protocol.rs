@@ -16,8 +16,8 @@ mod steps;
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
-    Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, Notice, PotWire, Pulse, PulseHead,
-    Refusal, Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
+    Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoTool, Notice, PotWire, Pulse,
+    PulseHead, Refusal, Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
 };
 pub use steps::Steps;
 
@@ -33,8 +33,8 @@ pub const ALPN: &[u8] = b"pottery/1";
 pub const DATAGRAM_MAX: usize = 1150;
 /// Most memory that decoding a datagram may take.
 pub const DATAGRAM_MEMORY_MAX: usize = 16 * 1024;
-/// Largest control frame, without its length.
-pub const CONTROL_MAX: usize = 16 * 1024;
+/// Largest control frame, without its length: a tool of as many triangles as may be brought, and as much again by a quarter.
+pub const CONTROL_MAX: usize = 24 * 1024;
 /// Largest keyframe stream: the biggest grid at four bytes an element.
 pub const KEYFRAME_MAX: usize = 16 << 20;
 

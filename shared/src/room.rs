@@ -64,6 +64,9 @@ pub enum Lane {
 /// What a keyframe costs in plain requests: it is encoded for one peer alone.
 const RESYNC_COST: i64 = 4;
 
+/// What a tool costs in plain requests: it is checked and told to everybody.
+const TOOL_COST: i64 = 8;
+
 /// What a room counts for its operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RoomCounts {
@@ -211,6 +214,7 @@ impl Room {
             Request::Leave => 0,
             Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } => 1,
             Request::Resync { .. } => RESYNC_COST,
+            Request::Tool { .. } => TOOL_COST,
         };
         if !bench.may_ask(peer, self.now, cost) {
             return Ok(());
@@ -223,6 +227,7 @@ impl Room {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);
             }
+            Request::Tool { mesh } => bench.bring(peer, mesh, &mut self.outbox),
             Request::Leave => {
                 self.send(peer, Lane::Close);
                 self.handle_gone(peer);

@@ -12,8 +12,11 @@ mod inputs;
 mod lead;
 mod peer;
 mod runs;
+mod tools;
 
 pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use peer::{Peer, PeerError};
+pub(crate) use tools::with_one_more;
+pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};

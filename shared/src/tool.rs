@@ -137,6 +137,15 @@ impl Tool {
             Self::Convex(_) => None,
         }
     }
+
+    /// Its number in the rack, if it is convex.
+    #[must_use]
+    pub const fn shape(self) -> Option<Shape> {
+        match self {
+            Self::Sphere(_) => None,
+            Self::Convex(shape) => Some(shape),
+        }
+    }
 }
 
 impl Default for Tool {

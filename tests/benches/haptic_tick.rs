@@ -57,7 +57,8 @@ fn run(depth_mm: f32) {
     let conditions = Conditions { wheel, method: MethodKind::Plastic, ..Conditions::default() };
     let spec = PotSpec::default();
     let pot = Pot::new(spec).expect("the default pot can be made");
-    let (side, mut net) = boundary(&Patch { field: Field::new(pot, Tick(0)), conditions });
+    let (side, mut net) =
+        boundary(&Patch { field: Field::new(pot, Tick(0)), conditions, rack: pottery_shared::tool::rack::standard() });
     let mut hand = HapticLoop::new(Box::new(Pressed { depth_m: depth_mm * 1e-3 }), side);
     let (mut times_us, mut elements) = (Vec::new(), Vec::new());
     for local in 1..=TICKS {

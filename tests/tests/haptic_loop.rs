@@ -18,7 +18,7 @@ use pottery_client::device::{
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics, Setup, Stages};
 use pottery_shared::prediction::{Field, Patch};
-use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample};
+use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample, rack};
 use pottery_shared::units::{Rpm, Tick};
 
 /// Counts what a thread asks of the allocator.
@@ -118,7 +118,7 @@ impl Bench {
         let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(60.0)));
         let conditions = Conditions { wheel, method, ..Conditions::default() };
         let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
-        let (side, net) = boundary(&Patch { field, conditions });
+        let (side, net) = boundary(&Patch { field, conditions, rack: rack::standard() });
         let held = Arc::new(Mutex::new(Held::default()));
         let device = TestDevice { held: Arc::clone(&held), specs, stages };
         Self { hand: HapticLoop::new(Box::new(device), side), net, held, local: 0 }

@@ -6,11 +6,12 @@
 
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use pottery_client::render::{
     Camera, Gpu, MODULES, PotRenderer, RenderError, Scene, ToolView, picture, picture_rgba, probe_skin,
 };
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Skin, Window};
+use pottery_shared::tool::{ConvexTool, Shape, Tool, rack};
 
 fn gpu() -> Gpu {
     Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
@@ -322,10 +323,19 @@ fn the_wheel_head_is_seen_turning() {
 
 #[test]
 fn tools_show_in_their_colour_where_they_are() {
+    let ball = ToolView {
+        tool: Tool::default(),
+        turn: Quat::IDENTITY,
+        centre_m: Vec3::new(-0.11, -0.03, 0.10),
+        colour: [0.0, 0.6, 0.1],
+        touching: false,
+    };
     let tools = [
-        ToolView { centre_m: Vec3::new(-0.11, -0.03, 0.10), radius_m: 0.012, colour: [0.0, 0.6, 0.1], touching: false },
-        ToolView { centre_m: Vec3::new(0.11, -0.03, 0.10), radius_m: 0.012, colour: [0.1, 0.1, 0.8], touching: true },
-        ToolView { centre_m: Vec3::NAN, radius_m: 0.012, colour: [1.0; 3], touching: true },
+        ball,
+        ToolView { centre_m: Vec3::new(0.11, -0.03, 0.10), colour: [0.1, 0.1, 0.8], touching: true, ..ball },
+        ToolView { centre_m: Vec3::NAN, colour: [1.0; 3], touching: true, ..ball },
+        // it is in no rack
+        ToolView { tool: Tool::Convex(Shape(4)), colour: [1.0; 3], ..ball },
     ];
     let scene = Scene { tools: &tools, ..Scene::default() };
     let pixels = picture_rgba(&gpu(), &Pot::new(PotSpec::default()).unwrap(), &scene, WIDTH, HEIGHT).unwrap();
@@ -334,6 +344,42 @@ fn tools_show_in_their_colour_where_they_are() {
     assert!(green > red && green > blue);
     let [red, green, blue, _] = pixel(&pixels, &scene.camera, tools[1].centre_m);
     assert!(blue > red && blue > green);
+}
+
+#[test]
+fn a_tool_of_facets_shows_as_it_is_held() {
+    // with its flat side to the viewer a rib covers half a disc of 50 mm radius, and a line with its edge to them
+    let scene_of = |tools: &[ToolView], rack: &[ConvexTool]| {
+        let camera = Camera { azimuth_rad: 0.0, elevation_rad: 0.0, ..Camera::default() };
+        let scene = Scene { tools, rack, camera, ..Scene::default() };
+        let pot = Pot::new(PotSpec::default()).unwrap();
+        let pixels: Pixels = bytemuck::pod_collect_to_vec(&picture_rgba(&gpu(), &pot, &scene, WIDTH, HEIGHT).unwrap());
+        pixels
+    };
+    let rack = rack::standard();
+    let bare = scene_of(&[], &rack);
+    let covered = |shapes: &[(Shape, f32)]| {
+        let views: Vec<_> = shapes
+            .iter()
+            .map(|&(shape, yaw)| ToolView {
+                tool: Tool::Convex(shape),
+                turn: Quat::from_rotation_z(yaw),
+                centre_m: Vec3::new(0.1, 0.0, 0.1),
+                colour: [0.0, 0.9, 0.1],
+                touching: true,
+            })
+            .collect();
+        let drawn = scene_of(&views, &rack);
+        let is_green =
+            |pixel: &[u8; 4]| pixel[1] > pixel[0].saturating_add(20) && pixel[1] > pixel[2].saturating_add(20);
+        bare.iter().zip(&drawn).filter(|(bare, drawn)| !is_green(bare) && is_green(drawn)).count()
+    };
+    let (edge, flat) = (covered(&[(Shape::RIB, 0.0)]), covered(&[(Shape::RIB, std::f32::consts::FRAC_PI_2)]));
+    // half a disc of 3,927 mm² against 100 mm × 4 mm
+    assert!(flat > 5 * edge && edge > 50, "{flat} pixels flat, {edge} with its edge");
+    // several at once, whatever their order
+    let both = covered(&[(Shape::RIB, std::f32::consts::FRAC_PI_2), (Shape::KNUCKLE, 0.0), (Shape::RIB, 0.0)]);
+    assert!(both >= flat, "{both} pixels of three tools, {flat} of one");
 }
 
 #[test]

@@ -10,6 +10,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use pottery_client::pot_file::PotFile;
+use pottery_shared::tool::{Shape, Sphere, Tool};
+use pottery_shared::units::Metres;
 use pottery_tests::programs::{folder, program};
 
 fn headless(out: &Path, arguments: &[&str]) -> Output {
@@ -423,6 +425,87 @@ fn keys_in_the_window_save_and_export_the_pot() {
     assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
     assert_eq!(PotFile::read(&pot).unwrap().pot(), opened.pot(), "what nobody touched is saved as it was");
     assert!(fs::metadata(&solid).unwrap().len() > 84);
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
+    let out = folder("tool-key");
+    let recording = out.join("mine.csv");
+    let display = Display::new();
+    let mut studio =
+        display.studio(&["--listen", "127.0.0.1:0", "--tool", "rib", "--record", recording.to_str().unwrap()]);
+    let window = display.window(&[]);
+    display
+        .run("xdotool", &["windowsize", "--sync", &window, "1000", "700", "windowmove", "--sync", &window, "0", "0"]);
+    display.run("xdotool", &["windowfocus", &window, "mousemove", "500", "20"]);
+    std::thread::sleep(Duration::from_secs(1));
+    // from the rib past the blade to the knuckle, four steps round its upright
+    display.run("xdotool", &["key", "--delay", "60", "t", "t", "q", "q", "q", "q"]);
+    std::thread::sleep(Duration::from_millis(500));
+    display.run("xdotool", &["mousemove", "500", "380"]);
+    std::thread::sleep(Duration::from_millis(700));
+    display.run("xdotool", &["mousedown", "1"]);
+    std::thread::sleep(Duration::from_millis(1500));
+    display.run("xdotool", &["mouseup", "1", "mousemove", "500", "20"]);
+    std::thread::sleep(Duration::from_millis(500));
+    display.run("xdotool", &["key", "Escape"]);
+    let status = wait(&mut studio, Duration::from_secs(10));
+    assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
+    let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
+    assert_eq!(recorded.tool(), Tool::Convex(Shape::KNUCKLE));
+    let turned = recorded.orientation_at(recorded.end()).angles_rad().map(f32::to_degrees);
+    // a step of the orientation is 0.0055°
+    assert!((turned[0] - 20.0).abs() < 0.01 && turned[1..] == [0.0; 2], "turned {turned:?}");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
+    let out = folder("tool-file");
+    // an octahedron of 20 mm, as text
+    let mesh = out.join("eight.obj");
+    let corners = "v 20 0 0\nv -20 0 0\nv 0 20 0\nv 0 -20 0\nv 0 0 20\nv 0 0 -20\n";
+    let faces = "f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
+    fs::write(&mesh, [corners, faces].concat()).unwrap();
+    let recording = out.join("first.csv");
+    for (flags, tool) in [
+        (vec!["--tool", "rib"], Tool::Convex(Shape::RIB)),
+        (vec!["--tool-radius", "20"], Tool::from(Sphere::new(Metres::from_mm(20.0)).unwrap())),
+        (vec!["--tool-file", mesh.to_str().unwrap()], Tool::Convex(Shape(4))),
+    ] {
+        let output = Command::new(program("pottery-studio"))
+            .args(["--headless", "--potters", "2", "--seconds", "3", "--out", out.to_str().unwrap()])
+            .args(["--record", recording.to_str().unwrap()])
+            .args(&flags)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{flags:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
+        assert_eq!(recorded.tool(), tool, "{flags:?}");
+        assert!(recorded.duration() > 1.0, "{flags:?}: {} s recorded", recorded.duration());
+    }
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn tools_that_cannot_be_brought_are_refused_in_a_sentence() {
+    let out = folder("no-tool");
+    let studio = || Command::new(program("pottery-studio"));
+    let (open, stroke) = (out.join("open.obj"), out.join("needs.csv"));
+    fs::write(&open, "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 0 20\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 4 3\n").unwrap();
+    fs::write(&stroke, "# tool: 4\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n").unwrap();
+    for (flags, expected) in [
+        (["--headless", "--tool-file", open.to_str().unwrap()], "open.obj"),
+        (["--headless", "--tool-file", "no/such.stl"], "no/such.stl"),
+        (["--headless", "--stroke", stroke.to_str().unwrap()], "--tool-file"),
+        (["--headless", "--tool-radius", "99"], "from 2 to 35"),
+        (["--headless", "--tool", "spoon"], "rib"),
+    ] {
+        let output = studio().args(flags).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && text.contains(expected), "{flags:?}: {text}");
+    }
     fs::remove_dir_all(out).unwrap();
 }
 

@@ -6,8 +6,8 @@ use std::cell::Cell;
 
 use pottery_shared::protocol::{
     self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting, Hello, Inputs,
-    JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, Notice, PotWire, ProtocolError, Pulse, PulseHead, Refusal,
-    Request, Retelling, Run, ShapeWire, Steps, ToolWire, Welcome, WheelWire,
+    JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, NoTool, Notice, PotWire, ProtocolError, Pulse,
+    PulseHead, Refusal, Request, Retelling, Run, ShapeWire, Steps, ToolWire, Welcome, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -78,8 +78,16 @@ fn request() -> impl Strategy<Value = Request> {
         clay().prop_map(|clay| Request::Clay { clay }),
         any::<u32>().prop_map(|have| Request::Resync { have }),
         any::<bool>().prop_map(|retells| Request::Retell { retells }),
+        mesh().prop_map(|mesh| Request::Tool { mesh }),
         Just(Request::Leave),
     ]
+}
+
+fn mesh() -> impl Strategy<Value = MeshWire> {
+    // what is not a number is not equal to itself
+    let corner = prop::array::uniform3(-1e3_f32..1e3);
+    (prop::collection::vec(corner, 0..40), prop::collection::vec(any::<[u16; 3]>(), 0..40))
+        .prop_map(|(corners_m, facets)| MeshWire { corners_m, facets })
 }
 
 fn refusal() -> impl Strategy<Value = Refusal> {
@@ -119,6 +127,9 @@ fn notice() -> impl Strategy<Value = Notice> {
         refusal().prop_map(Notice::Refused),
         (any::<u64>(), any::<i32>()).prop_map(|(from, rate)| Notice::Wheel { from, rate }),
         (any::<u64>(), clay()).prop_map(|(from, clay)| Notice::Clay { from, clay }),
+        (any::<u8>(), mesh()).prop_map(|(shape, mesh)| Notice::Tool { shape, mesh }),
+        any::<u16>().prop_map(|brought| Notice::NoTool(NoTool::Full { brought })),
+        Just(Notice::NoTool(NoTool::Unsound)),
         Just(Notice::Closing),
     ]
 }
@@ -267,6 +278,8 @@ fn claimed_length_is_not_believed() {
             asked_to_refuse!(Greeting, CONTROL_MAX, claim(b"POTS\x01\x00")),
             asked_to_refuse!(Hello, CONTROL_MAX, claim(&[])),
             asked_to_refuse!(Notice, CONTROL_MAX, claim(&[0, 1, 0, 8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Request, CONTROL_MAX, claim(&[2])),
+            asked_to_refuse!(Request, CONTROL_MAX, claim(&[2, 0])),
             asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0])),
             asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0])),
             asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),

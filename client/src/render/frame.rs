@@ -4,9 +4,10 @@
 
 use bytemuck::{Pod, Zeroable};
 use pottery_shared::clay::{GridShape, Pot, Skin, Surface};
+use pottery_shared::tool::Tool;
 
 use super::mesh::Stride;
-use super::scene::Scene;
+use super::scene::{Scene, ToolView};
 
 /// Heights at which the pot's outline is known to the light.
 pub(super) const OUTLINE: usize = 8;
@@ -23,6 +24,27 @@ pub(super) struct ToolUniform {
     radius_m: f32,
     colour: [f32; 3],
     touching: f32,
+    turn: [f32; 4],
+}
+
+/// The tools of a scene that can be shown, spheres first and then each shape of the rack by itself.
+pub(super) fn shown<'a>(scene: &Scene<'a>) -> Vec<&'a ToolView> {
+    let is_known = |tool: Tool| tool.shape().is_none_or(|shape| usize::from(shape.0) < scene.rack.len());
+    let can_be_shown = |view: &&ToolView| view.centre_m.is_finite() && view.turn.is_finite() && is_known(view.tool);
+    let mut shown: Vec<_> = scene.tools.iter().filter(can_be_shown).take(Scene::TOOLS_MAX).collect();
+    shown.sort_by_key(|view| view.tool.shape().map(|shape| shape.0));
+    shown
+}
+
+/// Radius of a sphere, and of one with the volume of a tool of facets, as whose the light sees it; m.
+fn radius_m(scene: &Scene<'_>, tool: Tool) -> f32 {
+    match tool {
+        Tool::Sphere(sphere) => sphere.radius().0,
+        Tool::Convex(shape) => {
+            let volume_m3 = scene.rack.get(usize::from(shape.0)).map_or(0.0, |tool| tool.volume_m3());
+            (volume_m3 * 0.75 / std::f32::consts::PI).cbrt()
+        }
+    }
 }
 
 /// `struct Frame` of `frame.wgsl`.
@@ -141,20 +163,18 @@ impl Outline {
 }
 
 impl FrameUniform {
-    /// `encodes`: whether the shader has to apply the sRGB curve, because the target does not.
-    pub(super) fn new(scene: &Scene<'_>, outline: &Outline, aspect: f32, encodes: bool) -> Self {
+    /// `tools`: those of [`shown`]; `encodes`: whether the shader has to apply the sRGB curve, because the target does not.
+    pub(super) fn new(scene: &Scene<'_>, tools: &[&ToolView], outline: &Outline, aspect: f32, encodes: bool) -> Self {
         let (sin, cos) = scene.phase.radians().sin_cos();
         let mut tool = [ToolUniform::zeroed(); Scene::TOOLS_MAX];
-        let shown = scene.tools.iter().filter(|tool| tool.centre_m.is_finite() && tool.radius_m.is_finite());
-        let mut tools = 0;
-        for (slot, view) in tool.iter_mut().zip(shown) {
+        for (slot, view) in tool.iter_mut().zip(tools) {
             *slot = ToolUniform {
                 centre_m: view.centre_m.to_array(),
-                radius_m: view.radius_m.max(1e-5),
+                radius_m: radius_m(scene, view.tool).max(1e-5),
                 colour: view.colour,
                 touching: f32::from(u8::from(view.touching)),
+                turn: view.turn.normalize().to_array(),
             };
-            tools += 1;
         }
         Self {
             clip_from_room: scene.camera.view_projection(aspect).to_cols_array(),
@@ -166,14 +186,9 @@ impl FrameUniform {
             pot_height_m: outline.height_m,
             rim_inner_m: outline.rim_inner_m,
             foot_m: outline.foot_m,
-            tools,
+            tools: tools.len().min(Scene::TOOLS_MAX) as u32,
             outline_m: outline.radii_m,
             tool,
         }
-    }
-
-    /// Number of tools that are shown.
-    pub(super) const fn tools(&self) -> u32 {
-        self.tools
     }
 }

@@ -6,6 +6,8 @@ struct Tool {
     radius_m: f32,
     colour: vec3<f32>,
     touching: f32,
+    // a unit quaternion
+    turn: vec4<f32>,
 }
 
 struct Frame {

@@ -4,6 +4,7 @@
 //! Group 0 is the frame, group 1 a skin with its radii, group 2 the relief or the skin on the other side of the rim.
 
 use super::shader::{self, ShaderText};
+use super::solid;
 
 /// Format of the relief map: filtered by WebGL2 as well, a slope of 1 to 0.1 %.
 pub(super) const RELIEF_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -125,6 +126,7 @@ struct Drawing<'a> {
     targets: &'a [wgpu::TextureFormat],
     depth: bool,
     samples: u32,
+    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
 }
 
 impl Drawing<'_> {
@@ -143,7 +145,7 @@ impl Drawing<'_> {
                 module: &module,
                 entry_point: Some(self.vertex),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
+                buffers: self.buffers,
             },
             primitive: wgpu::PrimitiveState { topology: self.topology, cull_mode: self.cull, ..Default::default() },
             depth_stencil: self.depth.then(|| wgpu::DepthStencilState {
@@ -176,6 +178,7 @@ pub(super) struct Pipelines {
     pub(super) lip: wgpu::RenderPipeline,
     pub(super) floor: wgpu::RenderPipeline,
     pub(super) ball: wgpu::RenderPipeline,
+    pub(super) facets: wgpu::RenderPipeline,
     pub(super) head: wgpu::RenderPipeline,
     pub(super) pan: wgpu::RenderPipeline,
     pub(super) backdrop: wgpu::RenderPipeline,
@@ -184,20 +187,24 @@ pub(super) struct Pipelines {
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, format: wgpu::TextureFormat, samples: u32) -> Self {
         let (frame, skin, relief) = (Some(&layouts.frame), Some(&layouts.skin), Some(&layouts.relief));
-        let draw = |shader, vertex, fragment, groups: &[_], cull| {
-            Drawing {
-                shader,
-                vertex,
-                fragment,
-                groups,
-                topology: wgpu::PrimitiveTopology::TriangleList,
-                cull,
-                targets: &[format],
-                depth: true,
-                samples,
-            }
-            .pipeline(device)
-        };
+        let draw_from =
+            |shader, vertex, fragment, groups: &[_], cull, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+                Drawing {
+                    shader,
+                    vertex,
+                    fragment,
+                    groups,
+                    topology: wgpu::PrimitiveTopology::TriangleList,
+                    cull,
+                    targets: &[format],
+                    depth: true,
+                    samples,
+                    buffers,
+                }
+                .pipeline(device)
+            };
+        let draw =
+            |shader, vertex, fragment, groups: &[_], cull| draw_from(shader, vertex, fragment, groups, cull, &[]);
         let (back, front) = (Some(wgpu::Face::Back), Some(wgpu::Face::Front));
         let wall = |cull| draw(shader::CLAY, "wall_vertex", "wall_fragment", &[frame, skin, relief], cull);
         Self {
@@ -211,6 +218,7 @@ impl Pipelines {
                 targets: &[RELIEF_FORMAT],
                 depth: false,
                 samples: 1,
+                buffers: &[],
             }
             .pipeline(device),
             outer_wall: wall(back),
@@ -218,6 +226,7 @@ impl Pipelines {
             lip: draw(shader::RIM, "lip_vertex", "lip_fragment", &[frame, skin, skin], back),
             floor: draw(shader::RIM, "floor_vertex", "floor_fragment", &[frame, skin], back),
             ball: draw(shader::TOOL, "ball_vertex", "ball_fragment", &[frame], back),
+            facets: draw_from(shader::TOOL, "facet_vertex", "facet_fragment", &[frame], back, &[Some(solid::CORNERS)]),
             head: draw(shader::SCENERY, "lathe_vertex", "head_fragment", &[frame], None),
             pan: draw(shader::SCENERY, "lathe_vertex", "pan_fragment", &[frame], None),
             backdrop: draw(shader::SCENERY, "backdrop_vertex", "backdrop_fragment", &[frame], None),
@@ -236,6 +245,7 @@ impl Pipelines {
             targets: &[wgpu::TextureFormat::Rgba32Uint; 2],
             depth: false,
             samples: 1,
+            buffers: &[],
         }
         .pipeline(device)
     }

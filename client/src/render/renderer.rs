@@ -6,12 +6,13 @@
 
 use pottery_shared::clay::{GridShape, Pot, Skin, Window};
 
-use super::frame::{FrameUniform, Outline, SkinUniform, first_row};
+use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
 use super::mesh::{Meshes, Stride, mesh_columns};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines};
 use super::readback::{RenderError, texels};
-use super::{Gpu, Scene};
+use super::solid::Solids;
+use super::{Gpu, Scene, ToolView};
 
 /// Vertices of the shapes that the shaders make up, as `scenery.wgsl`, `tool.wgsl` and `rim.wgsl` count them.
 const HEAD_VERTICES: u32 = 3 * 128 * 6;
@@ -54,6 +55,7 @@ pub struct PotRenderer {
     grids: Vec<GridTextures>,
     skins: Vec<SkinDrawing>,
     meshes: Meshes,
+    solids: Solids,
     outline: Outline,
     targets: Option<Targets>,
 }
@@ -98,6 +100,7 @@ impl PotRenderer {
             grids,
             skins,
             meshes: Meshes::default(),
+            solids: Solids::default(),
             outline: Outline::of(pot),
             targets: None,
             device,
@@ -171,7 +174,9 @@ impl PotRenderer {
             return;
         }
         let aspect = width as f32 / height as f32;
-        let frame = FrameUniform::new(scene, &self.outline, aspect, !self.format.is_srgb());
+        self.solids.complete(&self.device, scene.rack);
+        let tools = frame::shown(scene);
+        let frame = FrameUniform::new(scene, &tools, &self.outline, aspect, !self.format.is_srgb());
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let meshes = self.choose_meshes(scene, aspect, height);
         for grid in &mut self.grids {
@@ -206,8 +211,7 @@ impl PotRenderer {
         });
         pass.set_bind_group(0, &self.frame_group, &[]);
         self.draw_clay(&mut pass, &meshes);
-        pass.set_pipeline(&self.pipelines.ball);
-        pass.draw(0..BALL_VERTICES, 0..frame.tools());
+        self.draw_tools(&mut pass, &tools);
         pass.set_pipeline(&self.pipelines.head);
         pass.draw(0..HEAD_VERTICES, 0..1);
         pass.set_pipeline(&self.pipelines.pan);
@@ -285,6 +289,27 @@ impl PotRenderer {
             pass.set_pipeline(&self.pipelines.floor);
             pass.set_bind_group(1, &inner.group, &[]);
             pass.draw(0..(mesh_columns(inner.shape, inner_stride) - 1) * FLOOR_VERTICES, 0..1);
+        }
+    }
+
+    /// Draws the tools as the frame has them: spheres first, then shape by shape.
+    fn draw_tools(&self, pass: &mut wgpu::RenderPass<'_>, tools: &[&ToolView]) {
+        let mut first = 0;
+        for alike in tools.chunk_by(|one, next| one.tool.shape() == next.tool.shape()) {
+            let instances = first..first + alike.len() as u32;
+            first = instances.end;
+            match alike[0].tool.shape() {
+                None => {
+                    pass.set_pipeline(&self.pipelines.ball);
+                    pass.draw(0..BALL_VERTICES, instances);
+                }
+                Some(shape) => {
+                    let Some(solid) = self.solids.tool(shape) else { continue };
+                    pass.set_pipeline(&self.pipelines.facets);
+                    pass.set_vertex_buffer(0, solid.corners.slice(..));
+                    pass.draw(0..solid.count, instances);
+                }
+            }
         }
     }
 

@@ -2,8 +2,9 @@
 //!
 //! Plain data; knows no device.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use pottery_shared::clay::Phase;
+use pottery_shared::tool::{ConvexTool, Tool};
 
 use super::Camera;
 
@@ -16,29 +17,33 @@ pub struct Scene<'a> {
     pub phase: Phase,
     /// The tools of everybody at this wheel; at most [`Scene::TOOLS_MAX`] are shown.
     pub tools: &'a [ToolView],
+    /// The convex tools that [`ToolView::tool`] names. One that has been shown stays under its number in later scenes.
+    pub rack: &'a [ConvexTool],
     /// From 0, leather-hard, to 1, under a film of water.
     pub wetness: f32,
 }
 
 impl Scene<'_> {
-    /// Most tools in one picture: what a person can still tell apart, and two kilobytes of uniforms.
+    /// Most tools in one picture: what a person can still tell apart, and three kilobytes of uniforms.
     pub const TOOLS_MAX: usize = 64;
 }
 
 impl Default for Scene<'_> {
     /// Wet clay at rest, nobody at the wheel.
     fn default() -> Self {
-        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], wetness: 0.8 }
+        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], rack: &[], wetness: 0.8 }
     }
 }
 
 /// A tool as it is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolView {
+    /// Which; a convex one that is not in the scene's rack is not shown.
+    pub tool: Tool,
+    /// How it is turned in the room.
+    pub turn: Quat,
     /// Centre in the room, m.
     pub centre_m: Vec3,
-    /// Radius, m.
-    pub radius_m: f32,
     /// Its person's colour, linear RGB from 0 to 1.
     pub colour: [f32; 3],
     /// Whether it presses into clay.

@@ -1,6 +1,6 @@
 //! The command line: what can be asked for, and the sentences when it cannot be done.
 //!
-//! Owns names, defaults and help; opens nothing but the stroke and pot files it is given.
+//! Owns names, defaults and help; opens nothing but the stroke, tool and pot files it is given.
 //! Invariant: a `Mode` that exists can be run as it is.
 
 use std::net::SocketAddr;
@@ -16,8 +16,10 @@ use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
+use pottery_shared::tool::{ConvexTool, Shape};
 
 use crate::conversion::Conversion;
+use crate::tool_choice::{ToolChoice, ToolFlags};
 
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
 ///
@@ -42,9 +44,16 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --record mine.csv                       record what you do
   pottery-studio devices                                 say which devices are there, and why others are not
   pottery-studio --device falcon:firmware=nvent.bin      work with a haptic device
+  pottery-studio --tool rib                              begin with a rib in hand; T takes the next tool
+  pottery-studio join 192.168.1.20 --code K7QM-3XPD --tool-file mine.stl
+                                                         bring a tool of your own, for everybody at the wheel
+
+Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose edge faces the pot wherever they are. A
+tool file is STL or OBJ in millimetres: one closed convex solid of at most 1280 triangles; x points away from the axis.
 
 Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
-the view, +/- tool size, up/down wheel speed, V/B drier and wetter clay, R resets the view,
+the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
+X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view,
 Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
 
 #[derive(Debug, Subcommand)]
@@ -113,6 +122,8 @@ struct HostFlags {
     record: Option<PathBuf>,
     #[command(flatten)]
     hold: DeviceFlag,
+    #[command(flatten)]
+    tool: ToolFlags,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -130,6 +141,8 @@ struct JoinFlags {
     record: Option<PathBuf>,
     #[command(flatten)]
     hold: DeviceFlag,
+    #[command(flatten)]
+    tool: ToolFlags,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -223,6 +236,8 @@ pub(crate) struct HeadlessSession {
     /// What the first potter holds instead of a scripted hand.
     pub(crate) device: Option<DeviceChoice>,
     pub(crate) record: Option<PathBuf>,
+    /// A tool that the first of them brings to the wheel.
+    pub(crate) brought: Option<Arc<ConvexTool>>,
 }
 
 /// A session in a window.
@@ -234,6 +249,7 @@ pub(crate) struct WindowSession {
     pub(crate) stroke: Arc<Stroke>,
     /// The pot file that is gone on with.
     pub(crate) opened: Option<PathBuf>,
+    pub(crate) tool: ToolChoice,
     pub(crate) record: Option<PathBuf>,
 }
 
@@ -257,11 +273,12 @@ fn wetness(text: &str) -> Result<Wetness, String> {
 }
 
 /// The strokes that potters replay when they are given no others: the paper's evaluation stroke first.
-const STROKES: [(&str, &str); 4] = [
+const STROKES: [(&str, &str); 5] = [
     ("evaluation.csv", include_str!("../../../tests/data/strokes/evaluation.csv")),
     ("waist.csv", include_str!("../../../tests/data/strokes/waist.csv")),
     ("foot.csv", include_str!("../../../tests/data/strokes/foot.csv")),
     ("neck.csv", include_str!("../../../tests/data/strokes/neck.csv")),
+    ("rib.csv", include_str!("../../../tests/data/strokes/rib.csv")),
 ];
 
 impl Arguments {
@@ -270,7 +287,7 @@ impl Arguments {
             Some(Command::Join(join)) => {
                 check_writable(join.record.as_ref())?;
                 let target = Target { address: join.address.clone(), code: join.code.clone(), wheel: join.wheel };
-                return window(Place::Joined(target), None, &join.hold, join.record.as_ref());
+                return window(Place::Joined(target), None, &join.hold, &join.tool, join.record.as_ref());
             }
             Some(Command::Export(flags)) => {
                 return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));
@@ -284,7 +301,7 @@ impl Arguments {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
         let server = flags.server_config(ServerConfig::default().listen)?;
-        window(Place::Hosted(Box::new(server)), flags.open.clone(), &flags.hold, flags.record.as_ref())
+        window(Place::Hosted(Box::new(server)), flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())
     }
 
     /// The headless session to fall back to when there is no display.
@@ -327,13 +344,20 @@ impl HostFlags {
             bail!("{} strokes are too many for {} potters; raise --potters", self.stroke.len(), self.potters);
         }
         let mut strokes = Vec::new();
+        let choice = self.tool.choice()?;
         for path in &self.stroke {
             let stroke = Stroke::read(path).with_context(|| format!("the stroke {}", path.display()))?;
+            let tools = Shape::NAMED.len() + usize::from(choice.brought.is_some());
+            if let Some(Shape(shape)) = stroke.tool().shape().filter(|shape| usize::from(shape.0) >= tools) {
+                bail!("the stroke {} needs tool {shape}, which nobody brings; add --tool-file", path.display());
+            }
             strokes.push(Arc::new(stroke));
         }
         for potter in strokes.len()..usize::from(self.potters) {
             let (name, text) = STROKES[potter % STROKES.len()];
-            strokes.push(Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?));
+            let stroke = Stroke::parse(text).with_context(|| format!("the stroke {name}"))?;
+            let stroke = choice.stroke(stroke).with_context(|| format!("the stroke {name} with another tool"))?;
+            strokes.push(Arc::new(stroke));
         }
         if self.hold.device.as_ref().is_some_and(|device| device.name() == "mouse") {
             bail!("the mouse needs a window; leave --headless out, or choose another device");
@@ -348,15 +372,23 @@ impl HostFlags {
             hand: self.hand,
             device: self.hold.device.clone(),
             record: self.record.clone(),
+            brought: choice.brought,
         })
     }
 }
 
-fn window(place: Place, opened: Option<PathBuf>, hold: &DeviceFlag, record: Option<&PathBuf>) -> anyhow::Result<Mode> {
+fn window(
+    place: Place,
+    opened: Option<PathBuf>,
+    hold: &DeviceFlag,
+    tool: &ToolFlags,
+    record: Option<&PathBuf>,
+) -> anyhow::Result<Mode> {
     let (name, text) = STROKES[0];
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
-    Ok(Mode::Window(WindowSession { place, device, stroke, opened, record: record.cloned() }))
+    let tool = tool.choice()?;
+    Ok(Mode::Window(WindowSession { place, device, stroke, opened, tool, record: record.cloned() }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

@@ -14,9 +14,11 @@ use pottery_client::device::{Device, DeviceChoice, HandModel, ScriptedDevice, Si
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{self, Gpu, Scene};
 use pottery_client::stroke::Stroke;
+use pottery_client::view::Link;
 use pottery_client::whole_file::write_whole;
-use pottery_client::{Potter, PotterOptions, PotterReport, export};
+use pottery_client::{Command, Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
+use pottery_shared::tool::ConvexTool;
 use pottery_shared::units::Tick;
 
 use crate::arguments::{HandKind, HeadlessSession};
@@ -81,7 +83,11 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
             (_, HandKind::Simulated) => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
         };
         let options = PotterOptions { record: number == 0 && session.record.is_some() };
-        potters.push(Potter::join(&endpoint, &target, device, options).await?);
+        let potter = Potter::join(&endpoint, &target, device, options).await?;
+        if let Some(tool) = session.brought.as_ref().filter(|_| number == 0) {
+            bring(&potter, Arc::clone(tool)).await?;
+        }
+        potters.push(potter);
         endpoints.push(endpoint);
     }
     watch(session.seconds, &potters).await;
@@ -115,6 +121,21 @@ fn open(device: &DeviceChoice, stroke: &Arc<Stroke>) -> anyhow::Result<Box<dyn D
         }
     }
     Ok(opened.device)
+}
+
+/// Brings a tool to the wheel and waits until it hangs in the rack.
+async fn bring(potter: &Potter, tool: Arc<ConvexTool>) -> anyhow::Result<()> {
+    let deadline = tokio::time::Instant::now() + QUIET;
+    let mut is_heard = potter.command(Command::Bring(tool));
+    while is_heard && tokio::time::Instant::now() < deadline {
+        match potter.view().lock().brought.take() {
+            Some(Ok(_)) => return Ok(()),
+            Some(Err(reason)) => bail!(reason),
+            None => is_heard = potter.view().lock().link == Link::Open,
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    bail!("the tool has not come to the wheel within {} s", QUIET.as_secs())
 }
 
 /// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted.

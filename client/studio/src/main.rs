@@ -9,6 +9,7 @@ mod headless;
 mod hosting;
 mod record;
 mod report;
+mod tool_choice;
 mod window;
 
 use std::process::ExitCode;

@@ -6,6 +6,7 @@
 mod app;
 mod files;
 mod hand;
+mod holding;
 mod panel;
 mod stage;
 
@@ -22,6 +23,7 @@ use crate::hosting::{self, Studio};
 use crate::record;
 use app::{App, Held};
 use files::Files;
+pub(crate) use holding::{Holding, TOOL_MM};
 use panel::Invitation;
 
 /// How a session in a window ended.
@@ -75,7 +77,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     });
     let held = Held { name: session.device.name(), monitor };
     let files = Files::new(session.opened.as_deref());
-    let mut app = App::new(potter, asked, held, invitation, files, interrupted);
+    let mut app = App::new(potter, asked, held, invitation, files, interrupted, &session.tool);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;

@@ -25,8 +25,12 @@ impl Cutter {
         Self { rack, sections: Sections::for_lattice(shape.columns(), shape.rows()) }
     }
 
-    pub(super) fn tools(&self) -> &[ConvexTool] {
+    pub(super) const fn rack(&self) -> &Arc<[ConvexTool]> {
         &self.rack
+    }
+
+    pub(super) const fn rack_mut(&mut self) -> &mut Arc<[ConvexTool]> {
+        &mut self.rack
     }
 
     pub(super) fn tool(&self, shape: Shape) -> Option<&ConvexTool> {

@@ -150,7 +150,20 @@ impl SubStep {
     /// The convex tools that presses may name, by their number.
     #[must_use]
     pub fn tools(&self) -> &[ConvexTool] {
-        self.cutter.as_deref().map_or(&[], Cutter::tools)
+        self.cutter.as_deref().map_or(&[], |cutter| cutter.rack())
+    }
+
+    /// The same, to be shared.
+    #[must_use]
+    pub fn rack(&self) -> Arc<[ConvexTool]> {
+        self.cutter.as_deref().map_or_else(|| Arc::from([]), |cutter| Arc::clone(cutter.rack()))
+    }
+
+    /// Changes its convex tools for others, without allocating; what it held is in `rack` afterwards.
+    pub fn swap_rack(&mut self, rack: &mut Arc<[ConvexTool]>) {
+        if let Some(cutter) = &mut self.cutter {
+            core::mem::swap(cutter.rack_mut(), rack);
+        }
     }
 
     /// How far a tool reaches from its centre; `None` for a convex one that it does not hold.

@@ -5,10 +5,12 @@
 //! once the patch has caught up. So the work of a tick is bounded whatever the network does.
 //! Invariant: `recent` holds the hand's latest samples in ascending order of tick.
 
+use alloc::sync::Arc;
+
 use glam::Vec3;
 
 use crate::clay::{Conditions, Contact, GridShape, Material, MethodKind, SubStep};
-use crate::tool::{Position, Side, Tool, ToolSample};
+use crate::tool::{ConvexTool, Position, Side, Tool, ToolSample};
 use crate::units::Tick;
 
 use super::{Field, ground};
@@ -20,6 +22,8 @@ pub struct Patch {
     pub field: Field,
     /// Wheel, material and method.
     pub conditions: Conditions,
+    /// The convex tools that may be pressed with; they only become more.
+    pub rack: Arc<[ConvexTool]>,
 }
 
 /// Samples the hand can replay: a quarter of a second.
@@ -43,7 +47,7 @@ impl Hand {
     #[must_use]
     pub fn new(patch: Patch) -> Self {
         let largest = patch.field.pot().surfaces().iter().map(crate::clay::Surface::shape).max_by_key(|s| s.elements());
-        let substep = SubStep::for_grid(largest.unwrap_or(GridShape::PAPER));
+        let substep = SubStep::with_rack(largest.unwrap_or(GridShape::PAPER), patch.rack);
         Self {
             field: patch.field,
             conditions: patch.conditions,
@@ -157,6 +161,7 @@ impl Hand {
         }
         core::mem::swap(&mut self.field, &mut patch.field);
         core::mem::swap(&mut self.conditions, &mut patch.conditions);
+        self.substep.swap_rack(&mut patch.rack);
         true
     }
 }

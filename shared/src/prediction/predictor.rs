@@ -4,12 +4,13 @@
 //! Invariant: `pending` holds only samples newer than what was acknowledged, in ascending order.
 
 use alloc::collections::VecDeque;
+use alloc::sync::Arc;
 
 use super::Field;
 use super::field::shapes;
 use crate::clay::{Conditions, Pot, SubStep};
 use crate::snapshot::{Replica, Touched};
-use crate::tool::ToolSample;
+use crate::tool::{ConvexTool, ToolSample};
 use crate::units::{Metres, Tick};
 
 /// A sample that the server has not yet said to have applied.
@@ -73,6 +74,17 @@ impl Predictor {
     #[must_use]
     pub const fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// The convex tools that own samples may name.
+    #[must_use]
+    pub fn rack(&self) -> Arc<[ConvexTool]> {
+        self.substep.rack()
+    }
+
+    /// Takes another rack, which holds every tool of the one before under its number.
+    pub fn set_rack(&mut self, mut rack: Arc<[ConvexTool]>) {
+        self.substep.swap_rack(&mut rack);
     }
 
     /// Samples not yet acknowledged, oldest first.

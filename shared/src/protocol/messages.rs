@@ -49,6 +49,11 @@ pub enum Request {
         /// What it is made of.
         clay: ClayWire,
     },
+    /// Hang a tool in the wheel's rack.
+    Tool {
+        /// Its surface.
+        mesh: MeshWire,
+    },
     /// Send everything newer than `have`: something was lost.
     Resync {
         /// Version held whole; 0 asks for the whole pot.
@@ -94,6 +99,29 @@ pub enum Refusal {
     /// Not a greeting of this protocol.
     #[error("the server did not understand the greeting; is it a pottery studio of this version?")]
     Greeting,
+}
+
+/// Why a tool does not hang in the rack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, thiserror::Error)]
+pub enum NoTool {
+    /// No room for another.
+    #[error("the rack of this wheel is full: people have brought {brought} tools; work with one of them")]
+    Full {
+        /// How many were brought.
+        brought: u16,
+    },
+    /// The mesh makes no tool; programs check that before they send it.
+    #[error("the server cannot make a tool of that mesh")]
+    Unsound,
+}
+
+/// The closed convex surface of a tool.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub struct MeshWire {
+    /// Corners from the tool's centre, m.
+    pub corners_m: Vec<[f32; 3]>,
+    /// Triangles as numbers of corners, counter-clockwise seen from outside.
+    pub facets: Vec<[u16; 3]>,
 }
 
 /// Specification of a pot.
@@ -175,6 +203,15 @@ pub enum Notice {
         /// What it is made of.
         clay: ClayWire,
     },
+    /// A tool hangs in the rack; each number is told before anybody presses with it, and they ascend.
+    Tool {
+        /// Its number.
+        shape: u8,
+        /// Its surface.
+        mesh: MeshWire,
+    },
+    /// The tool that this client brought does not hang there.
+    NoTool(NoTool),
     /// The server stops.
     Closing,
 }

@@ -9,10 +9,10 @@ use alloc::vec::Vec;
 use super::{Lane, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{
-    self, Body, ClayWire, Fragment, FragmentOf, Hello, Keyframe, Notice, PotWire, Retelling, ToolWire, Welcome,
-    WheelWire,
+    self, Body, ClayWire, Fragment, FragmentOf, Hello, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling,
+    ToolWire, Welcome, WheelWire,
 };
-use crate::session::{Peer, Refusals};
+use crate::session::{BROUGHT_MAX, Peer, Refusals, tool_of, with_one_more};
 use crate::snapshot::{Author, Delta, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
@@ -74,6 +74,8 @@ pub(super) struct Bench {
     untold_wheel: Option<Tick>,
     untold_clay: Option<Tick>,
     substep: SubStep,
+    /// The tools that people brought, with their numbers in the rack.
+    brought: Vec<(u8, MeshWire)>,
     seats: BTreeMap<PeerId, Seat>,
     recent: VecDeque<Recent>,
     pulses: u64,
@@ -112,6 +114,7 @@ impl Bench {
             conditions: Conditions { wheel, material: Schedule::new(clay), method },
             untold_wheel: None,
             untold_clay: None,
+            brought: Vec::new(),
             seats: BTreeMap::new(),
             recent: VecDeque::new(),
             pulses: 0,
@@ -170,10 +173,15 @@ impl Bench {
                 .collect(),
             clay: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.into())).collect(),
             method: self.conditions.method.number(),
-            told: self.told,
+            // the tools that follow count as told to this peer
+            told: self.told.wrapping_sub(self.brought.len() as u32),
         };
         let notice = Peer::notice(&Notice::Welcome(welcome));
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
+        for (shape, mesh) in &self.brought {
+            let notice = Peer::notice(&Notice::Tool { shape: *shape, mesh: mesh.clone() });
+            outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
+        }
         if self.author.latest() > Version(0) {
             self.resync(peer, 0, outbox);
         }
@@ -207,6 +215,27 @@ impl Bench {
         let from = change_after(now);
         self.conditions.material.set(from, clay.into());
         self.untold_clay = Some(from);
+    }
+
+    /// Hangs a tool that a peer brings in the rack and tells everybody; one that hangs there already is told to the peer
+    /// alone, and so is why one does not.
+    pub(super) fn bring(&mut self, peer: PeerId, mesh: MeshWire, outbox: &mut VecDeque<Transmit>) {
+        let known = self.brought.iter().find(|(_, known)| *known == mesh).map(|(shape, _)| *shape);
+        let answer = match (known, tool_of(&mesh)) {
+            (Some(shape), _) => Notice::Tool { shape, mesh },
+            (None, Err(_)) => Notice::NoTool(NoTool::Unsound),
+            (None, Ok(_)) if self.brought.len() == BROUGHT_MAX => {
+                Notice::NoTool(NoTool::Full { brought: BROUGHT_MAX as u16 })
+            }
+            (None, Ok(tool)) => {
+                let mut rack = with_one_more(self.substep.tools(), tool);
+                let shape = (rack.len() - 1) as u8;
+                self.substep.swap_rack(&mut rack);
+                self.brought.push((shape, mesh.clone()));
+                return self.tell_all(&Notice::Tool { shape, mesh }, outbox);
+            }
+        };
+        outbox.push_back(Transmit { to: peer, lane: Lane::Control(Peer::notice(&answer)) });
     }
 
     /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.

@@ -5,24 +5,27 @@
 
 use alloc::collections::VecDeque;
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::assembly::{Assembly, Step};
 use super::effort::Effort;
 use super::lead::Lead;
-use super::runs;
+use super::{BringError, mesh_of, runs, tool_of, with_one_more};
 use crate::clay::{
     Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, SubStep, Support, Wheel,
 };
 use crate::prediction::{Correction, Patch, Predictor};
-use crate::protocol::{self, Greeting, Hello, Keyframe, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire};
+use crate::protocol::{
+    self, Greeting, Hello, Keyframe, MeshWire, NoTool, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire,
+};
 use crate::snapshot::{Motion, Replica, SnapshotError, Touched, Transcript, Version};
-use crate::tool::{Orientation, Position, Tool, ToolSample};
+use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
 /// Why a session cannot go on.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ClientError {
     /// The server does not let the client in.
     #[error(transparent)]
@@ -33,6 +36,14 @@ pub enum ClientError {
     /// The pot the server describes cannot be made.
     #[error("the server's pot cannot be made: {0}")]
     Pot(String),
+    /// A tool that the server announces cannot be made.
+    #[error("the server's tool {shape} cannot be made: {fault}")]
+    Tool {
+        /// Its number in the rack.
+        shape: u8,
+        /// What is wrong with it.
+        fault: BringError,
+    },
 }
 
 /// What the caller may want to know.
@@ -42,6 +53,12 @@ pub enum ClientEvent {
     Confirmed(Correction),
     /// The wheel's or the clay's settings changed.
     Conditions,
+    /// There is a tool more in the rack.
+    Rack,
+    /// The tool that this client brought hangs in the rack.
+    Brought(Shape),
+    /// The tool that this client brought does not.
+    NotBrought(NoTool),
     /// The server stops.
     Closing,
 }
@@ -88,6 +105,8 @@ pub struct Client {
     behind_since: Option<Duration>,
     mismatches: u64,
     resyncs: u64,
+    /// The tool that was brought last.
+    brought: Option<MeshWire>,
     /// Presses again what others tell.
     substep: SubStep,
     retells: bool,
@@ -171,6 +190,7 @@ impl Client {
             behind_since: None,
             mismatches: 0,
             resyncs: 0,
+            brought: None,
             substep,
             retells: true,
             effort: Effort::default(),
@@ -195,12 +215,14 @@ impl Client {
     pub fn patch_into(&self, patch: &mut Patch) {
         patch.field.copy_from(self.predictor.field());
         patch.conditions.clone_from(&self.conditions);
+        patch.rack = self.predictor.rack();
     }
 
     /// A patch of its own.
     #[must_use]
     pub fn patch(&self) -> Patch {
-        Patch { field: self.predictor.field().clone(), conditions: self.conditions.clone() }
+        let (field, conditions) = (self.predictor.field().clone(), self.conditions.clone());
+        Patch { field, conditions, rack: self.rack() }
     }
 
     /// The predicted clay.
@@ -213,6 +235,12 @@ impl Client {
     #[must_use]
     pub const fn conditions(&self) -> &Conditions {
         &self.conditions
+    }
+
+    /// The convex tools of the wheel, by their number.
+    #[must_use]
+    pub fn rack(&self) -> Arc<[ConvexTool]> {
+        self.predictor.rack()
     }
 
     /// What to add to a local tick to get the tick to stamp.
@@ -307,10 +335,47 @@ impl Client {
                 self.conditions.material.set(Tick(from), clay.into());
                 self.events.push_back(ClientEvent::Conditions);
             }
+            Notice::Tool { shape, mesh } => self.hang(shape, &mesh)?,
+            Notice::NoTool(reason) => {
+                self.brought = None;
+                self.events.push_back(ClientEvent::NotBrought(reason));
+            }
             Notice::Closing => self.events.push_back(ClientEvent::Closing),
             Notice::Refused(refusal) => return Err(refusal.into()),
             Notice::Welcome(_) => return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into()),
         }
+        Ok(())
+    }
+
+    /// Hangs a tool in the rack under the next number; one that hangs there already is only told of once more.
+    fn hang(&mut self, shape: u8, mesh: &MeshWire) -> Result<(), ClientError> {
+        let rack = self.predictor.rack();
+        if usize::from(shape) > rack.len() {
+            return Err(protocol::ProtocolError::Malformed { bytes: mesh.facets.len() }.into());
+        }
+        if usize::from(shape) == rack.len() {
+            let tool = tool_of(mesh).map_err(|fault| ClientError::Tool { shape, fault })?;
+            let mut rack = with_one_more(&rack, tool);
+            self.predictor.set_rack(Arc::clone(&rack));
+            self.substep.swap_rack(&mut rack);
+            self.told = self.told.wrapping_add(1);
+            self.events.push_back(ClientEvent::Rack);
+        }
+        if self.brought.as_ref() == Some(mesh) {
+            self.brought = None;
+            self.events.push_back(ClientEvent::Brought(Shape(shape)));
+        }
+        Ok(())
+    }
+
+    /// Asks the server to hang a tool in the wheel's rack; [`ClientEvent::Brought`] or [`ClientEvent::NotBrought`] answers.
+    ///
+    /// # Errors
+    /// [`BringError`] when it cannot be shared; nothing is asked then.
+    pub fn bring(&mut self, tool: &ConvexTool) -> Result<(), BringError> {
+        let mesh = mesh_of(tool)?;
+        self.brought = Some(mesh.clone());
+        self.request(&Request::Tool { mesh });
         Ok(())
     }
 
@@ -325,7 +390,7 @@ impl Client {
             && Tick(body.tick) > self.tools_tick
         {
             self.tools_tick = Tick(body.tick);
-            self.tools = tools.iter().filter_map(tool_of).collect();
+            self.tools = tools.iter().filter_map(remote_tool).collect();
         }
         let sound = self.assembly.handle(body, pulse.head.acknowledged, self.replica.version());
         self.catch_up(now);
@@ -519,7 +584,7 @@ fn conditions_of(welcome: &Welcome) -> Conditions {
     conditions
 }
 
-fn tool_of(tool: &ToolWire) -> Option<RemoteTool> {
+fn remote_tool(tool: &ToolWire) -> Option<RemoteTool> {
     let ToolWire { client, touching, .. } = *tool;
     let centre = Position(tool.centre);
     let (tool, orientation) = runs::tool_of(tool.tool)?;

@@ -100,7 +100,11 @@ impl Bench {
         };
         let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(scene.rpm)));
         let conditions = Conditions { wheel, method: scene.method, ..Conditions::default() };
-        let (side, net) = boundary(&Patch { field: Field::new(Self::pot(scene), Tick(0)), conditions });
+        let (side, net) = boundary(&Patch {
+            field: Field::new(Self::pot(scene), Tick(0)),
+            conditions,
+            rack: pottery_shared::tool::rack::standard(),
+        });
         let held = Arc::new(Mutex::new(Held::default()));
         let device = ToldDevice { held: Arc::clone(&held), setup };
         Self {

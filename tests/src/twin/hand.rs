@@ -12,6 +12,7 @@ use pottery_client::device::{Calibration, DrivenDevice, Driver, Monitor, pointer
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::haptics::{DeviceSpecs, Fault};
 use pottery_shared::prediction::{Field, Patch};
+use pottery_shared::tool::rack;
 use pottery_shared::units::Tick;
 
 /// Far more than anything takes, even on a busy machine.
@@ -38,7 +39,7 @@ impl HandSession {
         let device = DrivenDevice::open(driver, calibration, kind, pointer).expect("a thread for the driver");
         let monitor = device.monitor();
         let field = Field::new(Pot::new(PotSpec::default()).expect("the default pot"), Tick(0));
-        let (side, net) = boundary(&Patch { field, conditions: Conditions::default() });
+        let (side, net) = boundary(&Patch { field, conditions: Conditions::default(), rack: rack::standard() });
         Self { hand: HapticLoop::new(Box::new(device), side), net, monitor, epoch: Instant::now(), local: 0 }
     }
 

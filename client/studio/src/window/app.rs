@@ -14,8 +14,7 @@ use pottery_client::render::{Camera, Scene, ToolView};
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
 use pottery_shared::clay::{Material, Phase, Wetness};
-use pottery_shared::tool::Sphere;
-use pottery_shared::units::{Metres, Rpm};
+use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, Touch, TouchPhase, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
@@ -24,8 +23,9 @@ use winit::window::{Window, WindowId};
 
 use super::files::Files;
 use super::hand::Hand;
-use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, TOOL_MM, WETNESS};
+use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, WETNESS};
 use super::stage::{PanelShapes, Stage};
+use crate::tool_choice::ToolChoice;
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 const FRAME: Duration = Duration::from_millis(16);
@@ -34,6 +34,10 @@ const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// A push by one step of the mouse wheel or one key, m.
 const PUSH_STEP_M: f32 = 0.001;
+/// What one key, or one step of the mouse wheel, turns a tool by, degrees.
+const TURN_STEP_DEG: f32 = 5.0;
+/// What it leans a tool by: over the length of a rib, that is 2 mm.
+const LEAN_STEP_DEG: f32 = 1.0;
 /// What one key makes the clay wetter or drier by.
 const WETNESS_STEP: f32 = 0.02;
 /// People's colours, linear RGB, in the order of their joining.
@@ -85,7 +89,10 @@ pub(super) struct App {
     egui_input: Option<egui_winit::State>,
     camera: Camera,
     hand: Hand,
-    tool: Sphere,
+    /// Why the tool that was brought does not hang in the rack.
+    refusal: Option<String>,
+    /// Whether it is to be taken in hand when it does.
+    takes_brought: bool,
     panel: PanelState,
     files: Files,
     modifiers: ModifiersState,
@@ -120,13 +127,18 @@ impl App {
         invitation: Option<Invitation>,
         files: Files,
         interrupted: Arc<AtomicBool>,
+        tool: &ToolChoice,
     ) -> Self {
-        let tool = Sphere::default();
+        if let Some(brought) = &tool.brought {
+            // a worker that does not hear has ended, which the window will say
+            potter.command(Command::Bring(Arc::clone(brought)));
+        }
         let view = potter.view().lock();
         let hand = Hand::new(&view.pot);
         let panel = PanelState {
             rpm: view.conditions.wheel.speed(potter.tick()).0,
-            tool_mm: tool.radius().as_mm(),
+            holding: tool.holding.clone(),
+            rack: view.rack.len(),
             wetness: view.conditions.material.at(potter.tick()).wetness().liquidity_index(),
             pushed_mm: 0.0,
             force_n: 0.0,
@@ -153,7 +165,8 @@ impl App {
             egui_input: None,
             camera: Camera::default(),
             hand,
-            tool,
+            refusal: None,
+            takes_brought: tool.takes_brought,
             panel,
             files,
             modifiers: ModifiersState::empty(),
@@ -229,8 +242,16 @@ impl App {
                     self.rpm_before_stop = rpm;
                 }
             }
-            Key::Character("+" | "=") => self.panel.tool_mm = (self.panel.tool_mm + 1.0).min(TOOL_MM.1),
-            Key::Character("-") => self.panel.tool_mm = (self.panel.tool_mm - 1.0).max(TOOL_MM.0),
+            Key::Character("+" | "=") => self.panel.holding.grow(1.0),
+            Key::Character("-") => self.panel.holding.grow(-1.0),
+            Key::Character("t" | "T") => self.panel.holding.take_next(&self.potter.view().lock().rack),
+            Key::Character("q" | "Q") => self.panel.holding.turn(0, TURN_STEP_DEG),
+            Key::Character("e" | "E") => self.panel.holding.turn(0, -TURN_STEP_DEG),
+            Key::Character("f" | "F") => self.panel.holding.turn(1, LEAN_STEP_DEG),
+            Key::Character("g" | "G") => self.panel.holding.turn(1, -LEAN_STEP_DEG),
+            Key::Character("a" | "A") => self.panel.holding.turn(2, TURN_STEP_DEG),
+            Key::Character("d" | "D") => self.panel.holding.turn(2, -TURN_STEP_DEG),
+            Key::Character("x" | "X") => self.panel.holding.angles_deg = [0.0; 3],
             Key::Character("v" | "V") => {
                 self.panel.wetness = (self.panel.wetness - WETNESS_STEP).max(WETNESS.0);
             }
@@ -280,6 +301,10 @@ impl App {
     fn scrolled(&mut self, lines: f32) {
         if self.modifiers.control_key() {
             self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 2.0);
+        } else if self.modifiers.shift_key() {
+            self.panel.holding.turn(2, lines * TURN_STEP_DEG);
+        } else if self.modifiers.alt_key() {
+            self.panel.holding.turn(1, lines * LEAN_STEP_DEG);
         } else {
             self.hand.push(lines * PUSH_STEP_M);
         }
@@ -287,9 +312,6 @@ impl App {
 
     /// Sends what was changed in the panel or by keys, not more often than a server listens.
     fn ask(&mut self) {
-        if let Ok(tool) = Sphere::new(Metres::from_mm(self.panel.tool_mm)) {
-            self.tool = tool;
-        }
         let wanted = Settings::of(&self.panel);
         if wanted == self.settings || self.asked_at.elapsed() < ASK_EVERY {
             return;
@@ -314,11 +336,15 @@ impl App {
     fn guide(&mut self, seconds: f32) {
         let Some(stage) = &self.stage else { return };
         self.hand.pass(seconds);
+        let view = self.potter.view().lock();
         if self.hand.is_free() {
-            self.hand.look_at(&self.potter.view().lock().pot);
+            self.hand.look_at(&view.pot);
         }
-        let target_m = self.hand.target_m(&self.camera, stage.aspect(), self.tool.radius().0);
-        self.asked.write(Pointer { target_m, tool: self.tool.into(), ..Pointer::default() });
+        let holding = &self.panel.holding;
+        let (tool, orientation) = (holding.tool(&view.rack), holding.orientation());
+        let target_m = self.hand.target_m(&self.camera, stage.aspect(), &holding.reach(&view.rack));
+        drop(view);
+        self.asked.write(Pointer { target_m, tool, orientation });
     }
 
     /// The tools to draw: everybody else's as heard of, the own one as it is.
@@ -334,14 +360,15 @@ impl App {
             let colour = colour(tool.client);
             let name = format!("potter {}", tool.client);
             self.panel.people.push(Person { name, colour, touching: tool.touching });
-            let Some(sphere) = tool.tool.sphere() else { continue };
-            let (centre_m, radius_m) = (tool.centre.point_m(), sphere.radius().0);
-            tools.push(ToolView { centre_m, radius_m, colour, touching: tool.touching });
+            let centre_m = tool.centre.point_m();
+            let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
+            tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching });
         }
         self.drawn_tool_m = status.tool_m();
         if let Some(centre_m) = self.drawn_tool_m {
-            let radius_m = self.tool.radius().0;
-            tools.push(ToolView { centre_m, radius_m, colour: colour(own), touching: is_touching });
+            let holding = &self.panel.holding;
+            let (tool, turn) = (holding.tool(&view.rack), holding.orientation().at(centre_m));
+            tools.push(ToolView { tool, turn, centre_m, colour: colour(own), touching: is_touching });
         }
         tools
     }
@@ -354,7 +381,13 @@ impl App {
         self.panel.late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
         let rate = 1.0 / seconds.max(1e-3);
         self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
-        let view = self.potter.view().lock();
+        let mut view = self.potter.view().lock();
+        self.panel.rack = view.rack.len();
+        match view.brought.take() {
+            Some(Ok(shape)) if self.takes_brought => self.panel.holding.shape = Some(shape),
+            Some(Ok(_)) | None => {}
+            Some(Err(reason)) => self.refusal = Some(reason),
+        }
         self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
         let monitor = self.held.monitor.as_ref();
         let found = monitor.and_then(|monitor| monitor.about());
@@ -362,9 +395,10 @@ impl App {
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some("the studio has closed; what you see is how the pot was left".into()),
             (Link::Lost(reason), _) => Some(reason.clone()),
-            (Link::Open, fault) => {
-                monitor.and_then(|monitor| monitor.notice()).or_else(|| fault.map(|fault| fault.to_string()))
-            }
+            (Link::Open, fault) => monitor
+                .and_then(|monitor| monitor.notice())
+                .or_else(|| fault.map(|fault| fault.to_string()))
+                .or_else(|| self.refusal.clone()),
         };
         // what somebody else set shows here, unless the own wish is still on its way
         let soon = self.potter.tick().offset(1000);
@@ -386,6 +420,7 @@ impl App {
         self.guide(seconds);
         self.read_figures(seconds);
         let tools = self.tools();
+        let rack = Arc::clone(&self.potter.view().lock().rack);
         let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
         {
             let mut view = self.potter.view().lock();
@@ -409,7 +444,8 @@ impl App {
             textures: output.textures_delta,
             pixels_per_point: output.pixels_per_point,
         };
-        let scene = Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, ..Scene::default() };
+        let scene =
+            Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, rack: &rack, ..Scene::default() };
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
         self.ask();
@@ -480,8 +516,17 @@ impl ApplicationHandler for App {
                 self.turning_view = state == ElementState::Pressed && !is_panels;
             }
             WindowEvent::MouseWheel { delta, .. } if !is_panels => self.scrolled(match delta {
-                MouseScrollDelta::LineDelta(_, lines) => lines,
-                MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+                // some systems turn the wheel's direction while Shift is down
+                MouseScrollDelta::LineDelta(aside, lines) => {
+                    if lines == 0.0 {
+                        aside
+                    } else {
+                        lines
+                    }
+                }
+                MouseScrollDelta::PixelDelta(pixels) => {
+                    (if pixels.y == 0.0 { pixels.x } else { pixels.y }) as f32 / 40.0
+                }
             }),
             WindowEvent::Focused(false) => self.hand.press_button(false),
             _ => {}

@@ -8,6 +8,8 @@ use glam::{Vec2, Vec3};
 use pottery_client::render::Camera;
 use pottery_shared::clay::Pot;
 
+use super::holding::Reach;
+
 /// Gap between a free tool and the clay, m.
 const GAP_M: f32 = 0.004;
 /// How fast the button pushes in and lets out, m/s.
@@ -96,8 +98,8 @@ impl Hand {
         }
     }
 
-    /// Where a tool of `tool_radius_m` should be, m; `None` while the pointer is not over the wheel.
-    pub(super) fn target_m(&self, camera: &Camera, aspect: f32, tool_radius_m: f32) -> Option<Vec3> {
+    /// Where a tool of that reach should be, m; `None` while the pointer is not over the wheel.
+    pub(super) fn target_m(&self, camera: &Camera, aspect: f32, reach: &Reach) -> Option<Vec3> {
         let (eye, direction) = camera.ray(self.pointer?, aspect);
         let towards = (eye - camera.target_m).with_z(0.0).normalize_or(Vec3::X);
         let aside = towards.cross(Vec3::Z);
@@ -112,8 +114,8 @@ impl Hand {
         for _ in 0..4 {
             let at = eye + direction * ((before_m - eye.dot(towards)) / slope);
             along = at.dot(aside);
-            height = at.z.clamp(-0.5 * tool_radius_m, self.height_m() + 2.0 * tool_radius_m);
-            free_m = self.widest_m(height, tool_radius_m) + tool_radius_m + GAP_M;
+            height = at.z.clamp(reach.lowest_m, self.height_m() + reach.over_rim_m);
+            free_m = self.widest_m(height - reach.below_m, height + reach.above_m) + reach.inwards_m + GAP_M;
             before_m = in_front_m(free_m, along);
         }
         if along.abs() > SIDE_MAX_M {
@@ -135,10 +137,10 @@ impl Hand {
         self.row_height_m * (self.outline_m.len() - 1) as f32
     }
 
-    /// Widest radius beside a tool at that height.
-    fn widest_m(&self, height_m: f32, tool_radius_m: f32) -> f32 {
+    /// Widest radius between two heights.
+    fn widest_m(&self, from_m: f32, to_m: f32) -> f32 {
         let row = |z_m: f32| (z_m / self.row_height_m).clamp(0.0, (self.outline_m.len() - 1) as f32) as usize;
-        let rows = row(height_m - 0.5 * tool_radius_m)..=row(height_m + 0.5 * tool_radius_m);
+        let rows = row(from_m)..=row(to_m);
         self.outline_m[rows].iter().copied().fold(0.0, f32::max)
     }
 }

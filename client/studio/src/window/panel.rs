@@ -8,8 +8,10 @@ use std::net::SocketAddr;
 use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::{Material, Preset, Wetness};
 use pottery_shared::protocol::JoinCode;
+use pottery_shared::tool::Shape;
 
 use super::files::Files;
+use super::holding::{self, ANGLES, Holding, TOOL_MM};
 
 /// What others type to join.
 #[derive(Clone, Debug)]
@@ -41,7 +43,9 @@ pub(super) struct Person {
 #[derive(Debug)]
 pub(super) struct PanelState {
     pub(super) rpm: f32,
-    pub(super) tool_mm: f32,
+    pub(super) holding: Holding,
+    /// Number of tools in the rack.
+    pub(super) rack: usize,
     /// How wet the clay is, a liquidity index.
     pub(super) wetness: f32,
     pub(super) pushed_mm: f32,
@@ -61,18 +65,21 @@ pub(super) struct PanelState {
 
 /// Ranges of the controls.
 pub(super) const RPM_MAX: f32 = 300.0;
-pub(super) const TOOL_MM: (f32, f32) = (2.0, 35.0);
 pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetness::WETTEST.liquidity_index());
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 11] = [
+const KEYS: [(&str, &str); 15] = [
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
     ("right button", "turn the view"),
     ("Ctrl + wheel", "closer, farther"),
     ("up, down, space", "wheel faster, slower, stop"),
-    ("+ -", "larger, smaller tool"),
+    ("T", "next tool"),
+    ("+ -", "larger, smaller sphere"),
+    ("Q E", "turn the tool about its upright"),
+    ("A D, Shift + wheel", "roll it"),
+    ("F G, Alt + wheel; X", "lean it; upright again"),
     ("V B", "drier, wetter clay"),
     ("C", "a device's middle is here"),
     ("R", "view as at first"),
@@ -108,7 +115,7 @@ pub(super) fn show(
                 ui.separator();
             }
             ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text("wheel, rpm").integer());
-            ui.add(egui::Slider::new(&mut state.tool_mm, TOOL_MM.0..=TOOL_MM.1).text("tool, mm"));
+            show_tool(ui, &mut state.holding, state.rack);
             ui.separator();
             show_clay(ui, &mut state.wetness);
             ui.separator();
@@ -156,6 +163,31 @@ pub(super) fn show(
                     ui.end_row();
                 }
             });
+        });
+    }
+}
+
+/// Which tool is held, and its size or how it is turned.
+fn show_tool(ui: &mut egui::Ui, holding: &mut Holding, rack: usize) {
+    let called = |shape: Option<Shape>| shape.map_or_else(|| "sphere".to_owned(), holding::name);
+    ui.horizontal(|ui| {
+        let chosen = egui::ComboBox::from_id_salt("tool").selected_text(called(holding.shape)).width(100.0);
+        chosen.show_ui(ui, |ui| {
+            for shape in std::iter::once(None).chain((0..rack).map(|number| Some(Shape(number as u8)))) {
+                ui.selectable_value(&mut holding.shape, shape, called(shape));
+            }
+        });
+        if holding.shape.is_none() {
+            let radius = egui::DragValue::new(&mut holding.sphere_mm).range(TOOL_MM.0..=TOOL_MM.1).speed(0.1);
+            ui.add(radius.prefix("radius ").suffix(" mm"));
+        }
+    });
+    if holding.shape.is_some() {
+        ui.horizontal(|ui| {
+            for (angle_deg, (text, most_deg)) in holding.angles_deg.iter_mut().zip(ANGLES) {
+                let angle = egui::DragValue::new(angle_deg).range(-most_deg..=most_deg).max_decimals(0);
+                ui.add(angle.prefix(text).suffix("°"));
+            }
         });
     }
 }

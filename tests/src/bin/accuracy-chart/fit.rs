@@ -47,7 +47,7 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
         move |iteration: u32, best: f64| {
             bar.set_position(iteration.into());
             bar.set_message(format!("{what} score {best:.5}"));
-            if bar.is_hidden() && iteration % tenth == 0 {
+            if bar.is_hidden() && iteration.is_multiple_of(tenth) {
                 eprintln!("{what} {iteration}/{iterations}  score {best:.5}");
             }
         }
