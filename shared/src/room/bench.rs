@@ -278,7 +278,7 @@ impl Bench {
             since,
             tick: self.snapshot_tick.0,
             acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
-            bytes: self.author.keyframe(Version(since), &[]),
+            bytes: self.author.keyframe(Version(since)),
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }

@@ -66,19 +66,6 @@ impl Author {
         grid::digest(self.publisher.grids())
     }
 
-    /// Number of tiles of all surfaces.
-    #[must_use]
-    pub fn tiles(&self) -> u32 {
-        grid::tiles(self.publisher.grids())
-    }
-
-    /// Short hashes of `count` tiles of the newest snapshot from `first` on, counted through all surfaces; fewer where the
-    /// tiles end.
-    #[must_use]
-    pub fn tile_hashes(&self, first: u32, count: u32) -> Vec<u16> {
-        grid::tile_hashes(self.publisher.grids(), first, count)
-    }
-
     /// Takes a snapshot of the touched tiles, which are then forgotten; `None` when nothing changed by a quantum.
     ///
     /// The pot's radii in those tiles are rounded to the quantum, so that what was sent is what is: a creep of less
@@ -93,10 +80,9 @@ impl Author {
         self.publisher.finish(now)
     }
 
-    /// Every tile that changed since `have`, those `wanted` beside them and what the next delta builds upon: leads from
-    /// `have` to the newest snapshot. Tiles are counted through all surfaces.
+    /// Every tile that changed since `have`, and what the next delta builds upon: leads from `have` to the newest snapshot.
     #[must_use]
-    pub fn keyframe(&self, have: Version, wanted: &[u32]) -> Vec<u8> {
-        self.publisher.keyframe(have, wanted)
+    pub fn keyframe(&self, have: Version) -> Vec<u8> {
+        self.publisher.keyframe(have)
     }
 }

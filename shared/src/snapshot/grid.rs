@@ -258,9 +258,3 @@ pub(super) fn digest(grids: &[QuantisedGrid]) -> u64 {
 pub(super) fn tiles(grids: &[QuantisedGrid]) -> u32 {
     grids.iter().map(|grid| grid.layout().tiles()).sum()
 }
-
-/// Hashes of `count` tiles from one on, counted through all surfaces.
-pub(super) fn tile_hashes(grids: &[QuantisedGrid], first: u32, count: u32) -> Vec<u16> {
-    let all = grids.iter().flat_map(|grid| grid.tile_digests.iter().map(|&digest| digest as u16));
-    all.skip(first as usize).take(count as usize).collect()
-}

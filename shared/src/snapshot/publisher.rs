@@ -64,22 +64,20 @@ impl Publisher {
         Some(Delta { version: self.latest, bytes: self.chain.encode(motion), motion })
     }
 
-    /// Every tile that changed since `have` and the `wanted` ones, as differences to the untouched pot, and what the chain
-    /// remembers: leads from `have` to the newest.
-    pub(super) fn keyframe(&self, have: Version, wanted: &[u32]) -> Vec<u8> {
+    /// Every tile that changed since `have`, as differences to the untouched pot, and what the chain remembers: leads from
+    /// `have` to the newest.
+    pub(super) fn keyframe(&self, have: Version) -> Vec<u8> {
         let mut encoder = Encoder::new();
         let mut models = Models::new();
         let mut planes = Vec::new();
-        let mut first_tile = 0;
         for (surface, grid) in self.grids.iter().enumerate() {
             let mut plane = Plane::unchanged(grid.layout());
             for tile in 0..grid.layout().tiles() {
-                if self.versions[surface][tile as usize] > have || wanted.contains(&(first_tile + tile)) {
+                if self.versions[surface][tile as usize] > have {
                     grid.since_untouched(tile, &mut plane);
                 }
             }
             plane.steepen();
-            first_tile += grid.layout().tiles();
             planes.push(plane);
         }
         Chain::code_alone(&mut encoder, &mut models, &mut planes).expect("writing meets no end");

@@ -200,11 +200,4 @@ impl Replica {
         self.pot.settle(changed.into_iter());
         self.version = version;
     }
-
-    /// Whether a tile, counted through all surfaces from `first` on, differs from the author's hashes at this version.
-    #[must_use]
-    pub fn tiles_that_differ(&self, first: u32, hashes: &[u16]) -> Vec<u32> {
-        let own = grid::tile_hashes(&self.grids, first, hashes.len() as u32);
-        (first..).zip(own.iter().zip(hashes)).filter(|(_, (own, theirs))| own != theirs).map(|(tile, _)| tile).collect()
-    }
 }

@@ -70,8 +70,8 @@ impl Tier {
 
     /// As [`Author::keyframe`], of this chain.
     #[must_use]
-    pub fn keyframe(&self, have: Version, wanted: &[u32]) -> Vec<u8> {
-        self.publisher.keyframe(have, wanted)
+    pub fn keyframe(&self, have: Version) -> Vec<u8> {
+        self.publisher.keyframe(have)
     }
 }
 
