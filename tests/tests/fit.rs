@@ -25,7 +25,7 @@ fn the_fit_finds_the_constants_that_made_the_dents() {
     let truth = PlasticLaw {
         hardness: 2.6,
         hardness_by_slope: 0.3,
-        hardness_by_layer: 0.17,
+        hardness_by_layer: 0.2,
         hardness_strain: 5.0,
         recovery: 1.2,
         recovery_by_layer: 0.55,
@@ -44,17 +44,22 @@ fn the_fit_finds_the_constants_that_made_the_dents() {
         (Scene { youngs_mpa: 5.0, ..BASE }, 2.0),
         (Scene { yield_kpa: 80.0, ..BASE }, 2.0),
         (Scene { tool_mm: 20.0, ..BASE }, 2.0),
+        (Scene { tool_mm: 20.0, ..BASE }, 4.0),
         (Scene { pot_mm: [60.0, 5.0], ..BASE }, 2.0),
         (Scene { pot_mm: [60.0, 14.0], ..BASE }, 2.0),
     ]
     .map(|(scene, depth_mm)| KnownDent::of_law(truth, &scene, grid, depth_mm).unwrap());
     // a simplex of twelve corners becomes flat before it is at the bottom; begun anew it goes on
     let found = (0..4).fold(PlasticLaw::FITTED, |law, _| fit::fit(law, &made, 250, |_, _| {}).unwrap().law);
-    println!("{found:?}");
+    let score = fit::score(&fit::misfits(found, &made).unwrap());
+    println!("score {score:.5}, {found:?}");
+    // a hundredth of what the law in use scores on the finite elements
+    assert!(score < 0.0005, "score {score:.5}");
     for ((name, wanted), got) in FREE.iter().zip(fit::free(&truth)).zip(fit::free(&found)) {
         println!("{name}: {got:.4}, made with {wanted:.4}");
-        // whole elements come into contact and leave it, which makes the score a little rough
-        assert!((got / wanted - 1.0).abs() < 0.02, "{name}: {got:.4} instead of {wanted:.4}");
+        // how the elastic depth falls and what a layer takes of the hardness make up for each other: along that valley the
+        // score hardly changes, and the descent ends where its roughness, of whole elements in contact, is as large
+        assert!((got / wanted - 1.0).abs() < 0.05, "{name}: {got:.4} instead of {wanted:.4}");
     }
 }
 
