@@ -133,7 +133,8 @@ fn session_with_a_device_presses_clay_and_outlives_it() {
         assert!(studio.try_wait().unwrap().is_none(), "no force before the studio ended");
         std::thread::sleep(Duration::from_millis(5));
     }
-    // pulled out in mid press
+    // the clay gives way in a time constant of 120 ms; then it is pulled out in mid press
+    std::thread::sleep(Duration::from_secs(1));
     drop(twin);
     let output = studio.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
