@@ -391,8 +391,9 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
         count
     };
     let (hosts, guests) = (changed(150, 350), changed(650, 850));
-    assert!(hosts > 300, "{hosts} pixels of the host's pot changed");
-    assert!(guests > 300, "{guests} pixels of the guest's pot changed");
+    // of the 20,000 looked at; a tool on a coupling stays behind the pointer, so that the groove is shallow
+    assert!(hosts > 100, "{hosts} pixels of the host's pot changed");
+    assert!(guests > 100, "{guests} pixels of the guest's pot changed");
     let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
     fs::remove_dir_all(out).unwrap();
@@ -433,6 +434,8 @@ fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
     let out = folder("tool-key");
     let recording = out.join("mine.csv");
     let display = Display::new();
+    // over the pot the pointer would begin a recording, which holds the tool that it begins with
+    display.run("xdotool", &["mousemove", "500", "20"]);
     let mut studio =
         display.studio(&["--listen", "127.0.0.1:0", "--tool", "rib", "--record", recording.to_str().unwrap()]);
     let window = display.window(&[]);

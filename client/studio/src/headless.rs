@@ -128,7 +128,9 @@ async fn bring(potter: &Potter, tool: Arc<ConvexTool>) -> anyhow::Result<()> {
     let deadline = tokio::time::Instant::now() + QUIET;
     let mut is_heard = potter.command(Command::Bring(tool));
     while is_heard && tokio::time::Instant::now() < deadline {
-        match potter.view().lock().brought.take() {
+        // a guard within the match would be held while the arms ask again
+        let brought = potter.view().lock().brought.take();
+        match brought {
             Some(Ok(_)) => return Ok(()),
             Some(Err(reason)) => bail!(reason),
             None => is_heard = potter.view().lock().link == Link::Open,
