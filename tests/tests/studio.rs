@@ -430,12 +430,10 @@ fn keys_in_the_window_save_and_export_the_pot() {
 }
 
 #[test]
-fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
+fn keys_turn_the_tool_and_a_recording_holds_the_one_that_it_begins_with() {
     let out = folder("tool-key");
     let recording = out.join("mine.csv");
     let display = Display::new();
-    // over the pot the pointer would begin a recording, which holds the tool that it begins with
-    display.run("xdotool", &["mousemove", "500", "20"]);
     let mut studio =
         display.studio(&["--listen", "127.0.0.1:0", "--tool", "rib", "--record", recording.to_str().unwrap()]);
     let window = display.window(&[]);
@@ -443,8 +441,8 @@ fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
         .run("xdotool", &["windowsize", "--sync", &window, "1000", "700", "windowmove", "--sync", &window, "0", "0"]);
     display.run("xdotool", &["windowfocus", &window, "mousemove", "500", "20"]);
     std::thread::sleep(Duration::from_secs(1));
-    // from the rib past the blade to the knuckle, four steps round its upright
-    display.run("xdotool", &["key", "--delay", "60", "t", "t", "q", "q", "q", "q"]);
+    // past the blade to the knuckle and on round to the rib, four steps round its upright
+    display.run("xdotool", &["key", "--delay", "60", "t", "t", "t", "t", "t", "q", "q", "q", "q"]);
     std::thread::sleep(Duration::from_millis(500));
     display.run("xdotool", &["mousemove", "500", "380"]);
     std::thread::sleep(Duration::from_millis(700));
@@ -456,10 +454,10 @@ fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
     let status = wait(&mut studio, Duration::from_secs(10));
     assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
     let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
-    assert_eq!(recorded.tool(), Tool::Convex(Shape::KNUCKLE));
+    assert_eq!(recorded.tool(), Tool::Convex(Shape::RIB));
     let turned = recorded.orientation_at(recorded.end()).angles_rad().map(f32::to_degrees);
-    // a step of the orientation is 0.0055°
-    assert!((turned[0] - 20.0).abs() < 0.01 && turned[1..] == [0.0; 2], "turned {turned:?}");
+    // clay that goes by drags the tool a little aside, from where it is seen at another angle: 0.1 mm at 74 mm are 0.08°
+    assert!((turned[0] - 20.0).abs() < 0.1 && turned[1..] == [0.0; 2], "turned {turned:?}");
     fs::remove_dir_all(out).unwrap();
 }
 
