@@ -391,9 +391,8 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
         count
     };
     let (hosts, guests) = (changed(150, 350), changed(650, 850));
-    // of the 20,000 looked at; a tool on a coupling stays behind the pointer, so that the groove is shallow
-    assert!(hosts > 100, "{hosts} pixels of the host's pot changed");
-    assert!(guests > 100, "{guests} pixels of the guest's pot changed");
+    assert!(hosts > 300, "{hosts} pixels of the host's pot changed");
+    assert!(guests > 300, "{guests} pixels of the guest's pot changed");
     let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
     fs::remove_dir_all(out).unwrap();
@@ -430,7 +429,7 @@ fn keys_in_the_window_save_and_export_the_pot() {
 }
 
 #[test]
-fn keys_turn_the_tool_and_a_recording_holds_the_one_that_it_begins_with() {
+fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
     let out = folder("tool-key");
     let recording = out.join("mine.csv");
     let display = Display::new();
@@ -441,8 +440,8 @@ fn keys_turn_the_tool_and_a_recording_holds_the_one_that_it_begins_with() {
         .run("xdotool", &["windowsize", "--sync", &window, "1000", "700", "windowmove", "--sync", &window, "0", "0"]);
     display.run("xdotool", &["windowfocus", &window, "mousemove", "500", "20"]);
     std::thread::sleep(Duration::from_secs(1));
-    // past the blade to the knuckle and on round to the rib, four steps round its upright
-    display.run("xdotool", &["key", "--delay", "60", "t", "t", "t", "t", "t", "q", "q", "q", "q"]);
+    // from the rib past the blade to the knuckle, four steps round its upright
+    display.run("xdotool", &["key", "--delay", "60", "t", "t", "q", "q", "q", "q"]);
     std::thread::sleep(Duration::from_millis(500));
     display.run("xdotool", &["mousemove", "500", "380"]);
     std::thread::sleep(Duration::from_millis(700));
@@ -454,10 +453,10 @@ fn keys_turn_the_tool_and_a_recording_holds_the_one_that_it_begins_with() {
     let status = wait(&mut studio, Duration::from_secs(10));
     assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
     let recorded = pottery_client::stroke::Stroke::read(&recording).unwrap();
-    assert_eq!(recorded.tool(), Tool::Convex(Shape::RIB));
+    assert_eq!(recorded.tool(), Tool::Convex(Shape::KNUCKLE));
     let turned = recorded.orientation_at(recorded.end()).angles_rad().map(f32::to_degrees);
-    // clay that goes by drags the tool a little aside, from where it is seen at another angle: 0.1 mm at 74 mm are 0.08°
-    assert!((turned[0] - 20.0).abs() < 0.1 && turned[1..] == [0.0; 2], "turned {turned:?}");
+    // a step of the orientation is 0.0055°
+    assert!((turned[0] - 20.0).abs() < 0.01 && turned[1..] == [0.0; 2], "turned {turned:?}");
     fs::remove_dir_all(out).unwrap();
 }
 
