@@ -22,7 +22,7 @@ const DISTANCE_MAX_M: f64 = 1.0;
 /// Fastest a tool may move between two samples, m/s: a quick hand.
 const SPEED_MAX_M_S: f64 = 5.0;
 
-/// The path of a tool over the wheel, with the tool and the turning speed it was made with.
+/// The path of a hand over the wheel, with the tools and the turning speed it was made with.
 ///
 /// Times are seconds from the start of the file, places are the tool's centre in the room's frame: z up along the
 /// wheel's axis, the foot of the pot at z = 0.
@@ -32,7 +32,7 @@ const SPEED_MAX_M_S: f64 = 5.0;
 /// use pottery_shared::tool::{Shape, Tool};
 ///
 /// let stroke = Stroke::parse("# tool: rib\nt_s,x_mm,y_mm,z_mm\n0,90,0,50\n0.5,70,0,50\n")?;
-/// assert_eq!(stroke.tool(), Tool::Convex(Shape::RIB));
+/// assert_eq!(stroke.tool_at(0.25), Tool::Convex(Shape::RIB));
 /// let halfway = stroke.at(0.25).ok_or("the tool is there")?;
 /// assert!((halfway.x - 0.080).abs() < 1e-6);
 /// assert_eq!(stroke.at(0.6), None);
@@ -40,7 +40,6 @@ const SPEED_MAX_M_S: f64 = 5.0;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    tool: Tool,
     wheel_speed: Rpm,
     samples: Vec<Sample>,
 }
@@ -49,6 +48,7 @@ pub struct Stroke {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sample {
     time_s: f64,
+    tool: Tool,
     centre_m: Vec3,
     orientation: Orientation,
     /// The tool was lifted before this sample, so that nothing lies between it and the one before.
@@ -143,7 +143,7 @@ pub enum StrokeError {
         /// What stands there.
         text: String,
     },
-    /// A setting is given a second time; keep one.
+    /// A setting is given a second time, or a second tool before the first has a row; keep one.
     #[error("line {line}: {field} was given before: keep one of the two")]
     Repeated {
         /// Number of the line, from 1.
@@ -194,8 +194,8 @@ impl Stroke {
     /// Turning speed of the wheel when a file names none.
     pub const WHEEL_SPEED: Rpm = Rpm(30.0);
 
-    const fn empty(tool: Tool, wheel_speed: Rpm) -> Self {
-        Self { tool, wheel_speed, samples: Vec::new() }
+    const fn empty(wheel_speed: Rpm) -> Self {
+        Self { wheel_speed, samples: Vec::new() }
     }
 
     /// Reads a stroke from text.
@@ -263,22 +263,29 @@ impl Stroke {
         self.end() - self.start()
     }
 
-    /// The tool it was made with.
+    /// The tool in the hand at a time: the last one taken up, and before the first sample the first.
     #[must_use]
-    pub const fn tool(&self) -> Tool {
-        self.tool
+    pub fn tool_at(&self, seconds: f64) -> Tool {
+        let later = self.samples.partition_point(|sample| sample.time_s <= seconds);
+        self.samples.get(later.saturating_sub(1)).map_or_else(Tool::default, |sample| sample.tool)
     }
 
-    /// The same path for another tool, its centre farther from the axis by `by_m`, or nearer, but not beyond it.
+    /// Every tool that is taken up, in the order of time.
+    pub fn tools(&self) -> impl Iterator<Item = Tool> {
+        self.samples.chunk_by(|one, other| one.tool == other.tool).map(|held| held[0].tool)
+    }
+
+    /// The same path with one tool throughout, its centre farther from the axis by `by_m` of the tool that it stands in for,
+    /// or nearer, but not beyond the axis.
     ///
     /// # Errors
     /// [`SampleError`] when a sample would then be out of bounds.
-    pub fn with_tool(&self, tool: Tool, by_m: f32) -> Result<Self, SampleError> {
-        let mut stroke = Self::empty(tool, self.wheel_speed);
+    pub fn with_tool(&self, tool: Tool, by_m: impl Fn(Tool) -> f32) -> Result<Self, SampleError> {
+        let mut stroke = Self::empty(self.wheel_speed);
         for sample in &self.samples {
             let out = sample.centre_m.with_z(0.0);
-            let centre_m = sample.centre_m + out.normalize_or_zero() * by_m.max(-out.length());
-            stroke.push(Sample { centre_m, ..*sample })?;
+            let centre_m = sample.centre_m + out.normalize_or_zero() * by_m(sample.tool).max(-out.length());
+            stroke.push(Sample { centre_m, tool, ..*sample })?;
         }
         Ok(stroke)
     }
@@ -289,9 +296,10 @@ impl Stroke {
         self.wheel_speed
     }
 
-    /// Takes in the next sample once it keeps every bound.
-    fn push(&mut self, sample: Sample) -> Result<(), SampleError> {
+    /// Takes in the next sample once it keeps every bound; one tool is lifted before another is taken up.
+    fn push(&mut self, mut sample: Sample) -> Result<(), SampleError> {
         let time_s = sample.time_s;
+        sample.after_lift |= self.samples.last().is_some_and(|before| before.tool != sample.tool);
         if !(0.0..=TIME_MAX_S).contains(&time_s) {
             return Err(SampleError::Time { time_s, max_s: TIME_MAX_S });
         }

@@ -230,10 +230,11 @@ impl Worker {
             return;
         }
         let recording = self.report.recording.get_or_insert_with(|| {
-            // the file holds one tool and one speed: those it begins with
+            // the file holds one speed: that which it begins with
             StrokeRecorder::new(sample.tool, self.session.conditions().wheel.speed(sample.tick))
         });
         let first = *self.first_recorded.get_or_insert(sample);
+        recording.hold(sample.tool);
         // a tool that was away is lifted in the file as well
         if self.last_recorded.is_some_and(|last| sample.tick.since(last.tick) > 100) {
             recording.lift();

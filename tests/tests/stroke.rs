@@ -22,17 +22,25 @@ fn rows(rows: &str) -> Result<Stroke, StrokeError> {
 
 /// Radius of the sphere that a stroke was made with, mm.
 fn radius_mm(stroke: &Stroke) -> f32 {
-    stroke.tool().sphere().unwrap().radius().as_mm()
+    stroke.tool_at(0.0).sphere().unwrap().radius().as_mm()
 }
 
 /// From the tool's centre to what of it is nearest to the axis, mm: a rib's edge is 4·50/3π from its centre of volume.
 fn reach_mm(stroke: &Stroke) -> f32 {
-    match stroke.tool() {
+    match stroke.tool_at(0.0) {
         Tool::Sphere(sphere) => sphere.radius().as_mm(),
         Tool::Convex(shape) => {
             assert_eq!(shape, Shape::RIB);
             21.2
         }
+    }
+}
+
+/// A sphere's radius is written to the micrometre.
+fn is_the_same(one: Tool, other: Tool) -> bool {
+    match (one.sphere(), other.sphere()) {
+        (Some(one), Some(other)) => (one.radius().as_mm() - other.radius().as_mm()).abs() < 1e-3,
+        _ => one == other,
     }
 }
 
@@ -84,16 +92,16 @@ fn jump_over_a_lift_has_no_speed() {
 #[test]
 fn settings_are_read_and_have_defaults() {
     let bare = rows("0,100,0,0\n").unwrap();
-    assert_eq!((bare.tool(), bare.wheel_speed()), (Tool::default(), Rpm(30.0)));
+    assert_eq!((bare.tool_at(0.0), bare.wheel_speed()), (Tool::default(), Rpm(30.0)));
     let text = format!("# by hand: 1998\n#tool_radius_mm:7.5\n#  wheel_rpm : -10\n{HEADER}0,100,0,0\n# the end\n");
     let told = Stroke::parse(&text).unwrap();
     let small = Sphere::new(Metres::from_mm(7.5)).unwrap();
-    assert_eq!((told.tool(), told.wheel_speed()), (small.into(), Rpm(-10.0)));
+    assert_eq!((told.tool_at(0.0), told.wheel_speed()), (small.into(), Rpm(-10.0)));
 }
 
 #[test]
 fn a_tool_of_facets_is_named_and_turns_the_short_way_between_rows() {
-    let named = |name| Stroke::parse(&format!("# tool: {name}\n{HEADER}0,100,0,0\n")).unwrap().tool();
+    let named = |name| Stroke::parse(&format!("# tool: {name}\n{HEADER}0,100,0,0\n")).unwrap().tool_at(0.0);
     for (name, shape) in [("rib", 0), ("blade", 1), ("knuckle", 2), ("loop", 3), ("4", 4), ("15", 15)] {
         assert_eq!(named(name), Tool::Convex(Shape(shape)), "{name}");
     }
@@ -105,6 +113,25 @@ fn a_tool_of_facets_is_named_and_turns_the_short_way_between_rows() {
     assert_eq!(stroke.orientation_at(3.0), Orientation([0, 0, quarter / 2]));
     // there is no tool, and so no way that it is turned
     assert_eq!(stroke.orientation_at(2.0), UPRIGHT);
+}
+
+#[test]
+fn another_tool_is_taken_up_between_two_rows_and_not_carried_there() {
+    let tools = [Tool::Convex(Shape::RIB), Tool::Convex(Shape::KNUCKLE), Tool::default()];
+    let text = format!(
+        "# tool: rib\n{HEADER}0,100,0,0\n1,90,0,0\n# tool: knuckle\n2,-90,0,0\n\n# tool_radius_mm: 12\n4,80,0,0\n"
+    );
+    let stroke = Stroke::parse(&text).unwrap();
+    assert!(stroke.tools().eq(tools));
+    assert_eq!(
+        [-1.0, 1.5, 2.0, 3.0, 9.0].map(|seconds| stroke.tool_at(seconds)),
+        [0, 0, 1, 1, 2].map(|tool| tools[tool])
+    );
+    assert_eq!((stroke.at(1.5), stroke.at(3.0)), (None, None));
+    let one = stroke.with_tool(tools[1], |tool| if tool == tools[0] { 0.01 } else { 0.0 }).unwrap();
+    assert!(one.tools().eq([tools[1]]));
+    assert_at(&one, 1.0, [100.0, 0.0, 0.0]);
+    assert_at(&one, 4.0, [80.0, 0.0, 0.0]);
 }
 
 #[test]
@@ -191,35 +218,39 @@ fn parsed(recorder: &StrokeRecorder) -> Result<Stroke, StrokeError> {
 }
 
 /// What a hand does: time steps from far too short to long, places from near to out of reach, and lifts.
-fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], [i16; 3], bool)>> {
+/// Now and then another tool is taken.
+fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], [i16; 3], bool, Option<u8>)>> {
     let place = prop::array::uniform3(-0.7_f32..0.7);
     let turn = prop_oneof![Just([0; 3]), any::<[i16; 3]>()];
-    prop::collection::vec((1e-7..0.5, place, turn, prop::bool::weighted(0.2)), 1..60)
+    let taken = prop::option::weighted(0.1, 0_u8..16);
+    prop::collection::vec((1e-7..0.5, place, turn, prop::bool::weighted(0.2), taken), 1..60)
 }
 
 proptest! {
     #[test]
     fn whatever_was_taken_is_read_again(moves in hand(), radius in 0.5_f32..40.0, rpm in -500.0_f32..500.0) {
-        let tool = Sphere::new(Metres::from_mm(radius)).unwrap();
-        let mut recorder = StrokeRecorder::new(tool.into(), Rpm(rpm));
+        let mut tool: Tool = Sphere::new(Metres::from_mm(radius)).unwrap().into();
+        let mut recorder = StrokeRecorder::new(tool, Rpm(rpm));
         let mut now_s = 0.0;
         let mut taken = Vec::new();
-        for (step_s, place, turn, lift) in moves {
+        for (step_s, place, turn, lift, other) in moves {
             now_s += step_s;
             if lift {
                 recorder.lift();
             }
+            tool = other.map_or(tool, |shape| Tool::Convex(Shape(shape)));
+            recorder.hold(tool);
             if recorder.push(now_s, Vec3::from_array(place), Orientation(turn)).is_ok() {
-                taken.push((now_s, Vec3::from_array(place), Orientation(turn)));
+                taken.push((now_s, tool, Vec3::from_array(place), Orientation(turn)));
             }
         }
         prop_assume!(!taken.is_empty());
         let stroke = parsed(&recorder).unwrap();
-        prop_assert!((radius_mm(&stroke) - radius).abs() < 1e-3);
         prop_assert!((stroke.wheel_speed().0 - rpm.clamp(-400.0, 400.0)).abs() < 1e-3);
-        for (time_s, place, orientation) in taken {
+        for (time_s, tool, place, orientation) in taken {
             let time_s = (time_s * 1e6).round() / 1e6;
             prop_assert_eq!(stroke.orientation_at(time_s), orientation);
+            prop_assert!(is_the_same(stroke.tool_at(time_s), tool));
             let there = stroke.at(time_s).unwrap();
             // half a micrometre of rounding on each axis
             prop_assert!(there.distance(place) < 1e-6, "at {time_s} s: {there} for {place}");
@@ -300,7 +331,7 @@ fn shipped_strokes_are_smooth() {
 #[test]
 fn evaluation_stroke_runs_from_rim_to_foot_within_nine_seconds() {
     let stroke = stroke_named("evaluation");
-    assert_eq!(stroke.tool(), Tool::default());
+    assert_eq!(stroke.tool_at(0.0), Tool::default());
     assert!(stroke.duration() <= 9.0);
     let pressed: Vec<Vec3> = (0..900)
         .map(|step| f64::from(step) * 0.01)

@@ -59,7 +59,10 @@ impl Device for PointerDevice {
         let dt = (seconds - before).clamp(0.0, 0.02) as f32;
         let share = 1.0 - (-dt / GLIDE_S).exp();
         let now = from + ((target - from) * share).clamp_length_max(SPEED_MAX_M_S * dt);
-        self.at = Some((seconds, now, turned.towards(orientation, share)));
+        // what is left may be less than a share can be rounded to
+        let nearer = turned.towards(orientation, share);
+        let turned = if share > 0.0 && nearer == turned { orientation } else { nearer };
+        self.at = Some((seconds, now, turned));
         Some(now)
     }
 

@@ -33,7 +33,7 @@ impl Device for ScriptedDevice {
     }
 
     fn tool(&self) -> Tool {
-        self.stroke.tool()
+        self.stroke.tool_at(self.asked_s)
     }
 
     fn orientation(&self) -> Orientation {

@@ -82,7 +82,7 @@ impl Device for SimulatedDevice {
     }
 
     fn tool(&self) -> Tool {
-        self.stroke.tool()
+        self.stroke.tool_at(self.state.map_or_else(|| self.stroke.start(), |state| state.seconds))
     }
 
     /// As the stroke means it: the hand gives way to a force, and there is no torque.

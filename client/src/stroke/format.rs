@@ -1,4 +1,4 @@
-//! The stroke file's text: settings, header, rows, and an empty line where the tool was lifted.
+//! The stroke file's text: settings, header, rows, an empty line where the tool was lifted, its name where another is taken.
 //!
 //! Owns the only place that knows the layout of a line.
 //! Invariant: what [`write()`] writes, [`parse`] reads back as the same samples.
@@ -24,7 +24,8 @@ pub(super) fn parse(text: &str) -> Result<Stroke, StrokeError> {
     let mut settings = Settings::default();
     let mut columns = None;
     let mut after_lift = false;
-    let mut stroke = Stroke::empty(Tool::default(), Stroke::WHEEL_SPEED);
+    let mut stroke = Stroke::empty(Stroke::WHEEL_SPEED);
+    let mut tool = Tool::default();
     for (line, content) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         let content = content.trim();
         if let Some(comment) = content.strip_prefix('#') {
@@ -33,7 +34,8 @@ pub(super) fn parse(text: &str) -> Result<Stroke, StrokeError> {
             // before the first row nothing is held that could be lifted
             after_lift = !stroke.samples.is_empty();
         } else if let Some(columns) = columns {
-            let sample = Sample { after_lift, ..row(line, content, columns)? };
+            tool = settings.tool.take().unwrap_or(tool);
+            let sample = Sample { tool, after_lift, ..row(line, content, columns)? };
             stroke.push(sample).map_err(|source| StrokeError::Sample { line, source })?;
             after_lift = false;
         } else {
@@ -47,7 +49,6 @@ pub(super) fn parse(text: &str) -> Result<Stroke, StrokeError> {
     if stroke.samples.is_empty() {
         return Err(StrokeError::Empty);
     }
-    stroke.tool = settings.tool.unwrap_or(stroke.tool);
     stroke.wheel_speed = settings.wheel_speed.unwrap_or(stroke.wheel_speed);
     Ok(stroke)
 }
@@ -55,6 +56,7 @@ pub(super) fn parse(text: &str) -> Result<Stroke, StrokeError> {
 /// What the comments say about tool and wheel.
 #[derive(Default)]
 struct Settings {
+    /// That of the rows to come, until the first of them.
     tool: Option<Tool>,
     wheel_speed: Option<Rpm>,
 }
@@ -108,6 +110,7 @@ fn row(line: usize, content: &str, columns: usize) -> Result<Sample, StrokeError
     let angles_rad = angles_deg.map(|degrees| (degrees % 360.0).to_radians() as f32);
     Ok(Sample {
         time_s,
+        tool: Tool::default(),
         centre_m: Vec3::from_array([x_mm, y_mm, z_mm].map(|length_mm| (length_mm * 1e-3) as f32)),
         orientation: Orientation::nearest(angles_rad).unwrap_or_default(),
         after_lift: false,
@@ -131,13 +134,8 @@ pub(super) fn rounded(sample: Sample) -> Sample {
 
 /// Writes settings, header and rows.
 pub(super) fn write(stroke: &Stroke, out: &mut impl io::Write) -> io::Result<()> {
-    match stroke.tool {
-        Tool::Sphere(sphere) => writeln!(out, "# {TOOL_RADIUS}: {:.3}", sphere.radius().as_mm())?,
-        Tool::Convex(shape) => match shape.name() {
-            Some(name) => writeln!(out, "# {TOOL}: {name}")?,
-            None => writeln!(out, "# {TOOL}: {}", shape.0)?,
-        },
-    }
+    let mut tool = stroke.tool_at(stroke.start());
+    write_tool(tool, out)?;
     writeln!(out, "# {WHEEL_SPEED}: {:.3}", stroke.wheel_speed.0)?;
     let turns = stroke.samples.iter().any(|sample| sample.orientation != Orientation::default());
     let columns = if turns { COLUMNS.len() } else { COLUMNS_UPRIGHT };
@@ -145,6 +143,10 @@ pub(super) fn write(stroke: &Stroke, out: &mut impl io::Write) -> io::Result<()>
     for sample in &stroke.samples {
         if sample.after_lift {
             writeln!(out)?;
+        }
+        if sample.tool != tool {
+            tool = sample.tool;
+            write_tool(tool, out)?;
         }
         let [x, y, z] = sample.centre_m.to_array().map(|length_m| f64::from(length_m) * 1e3);
         write!(out, "{:.6},{x:.3},{y:.3},{z:.3}", sample.time_s)?;
@@ -156,4 +158,14 @@ pub(super) fn write(stroke: &Stroke, out: &mut impl io::Write) -> io::Result<()>
         writeln!(out)?;
     }
     out.flush()
+}
+
+fn write_tool(tool: Tool, out: &mut impl io::Write) -> io::Result<()> {
+    match tool {
+        Tool::Sphere(sphere) => writeln!(out, "# {TOOL_RADIUS}: {:.3}", sphere.radius().as_mm()),
+        Tool::Convex(shape) => match shape.name() {
+            Some(name) => writeln!(out, "# {TOOL}: {name}"),
+            None => writeln!(out, "# {TOOL}: {}", shape.0),
+        },
+    }
 }

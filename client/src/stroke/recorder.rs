@@ -1,7 +1,8 @@
 //! Recording of a stroke: samples in, stroke file out.
 //!
 //! Holds no clock; the caller says when each sample was.
-//! Invariant: once a sample has been taken, what is written can be read again, and gives the same path to 1 µm and 1 µs.
+//! Invariant: once a sample has been taken, what is written can be read again, and gives the same path to 1 µm and 1 µs with the same
+//! tools.
 
 use std::io;
 
@@ -35,16 +36,17 @@ use super::{Sample, SampleError, Stroke, format};
 #[derive(Clone, Debug)]
 pub struct StrokeRecorder {
     stroke: Stroke,
+    tool: Tool,
     lifted: bool,
 }
 
 impl StrokeRecorder {
-    /// Starts a stroke of `tool` on a wheel that turns at `wheel_speed`, limited as the wheel itself limits it.
+    /// Starts a stroke with `tool` on a wheel that turns at `wheel_speed`, limited as the wheel itself limits it.
     #[must_use]
     pub fn new(tool: Tool, wheel_speed: Rpm) -> Self {
         let max = Wheel::RPM_MAX.0;
         let rpm = if wheel_speed.0.is_nan() { 0.0 } else { wheel_speed.0.clamp(-max, max) };
-        Self { stroke: Stroke::empty(tool, Rpm(rpm)), lifted: false }
+        Self { stroke: Stroke::empty(Rpm(rpm)), tool, lifted: false }
     }
 
     /// Appends where the tool's centre was, m in the room's frame, and how it was turned, `time_s` seconds after the
@@ -55,9 +57,14 @@ impl StrokeRecorder {
     /// [`SampleError::TooFast`], [`StrokeRecorder::lift`] and the same sample again bridge the jump.
     pub fn push(&mut self, time_s: f64, centre_m: Vec3, orientation: Orientation) -> Result<(), SampleError> {
         let after_lift = self.lifted && !self.stroke.samples.is_empty();
-        self.stroke.push(format::rounded(Sample { time_s, centre_m, orientation, after_lift }))?;
+        self.stroke.push(format::rounded(Sample { time_s, tool: self.tool, centre_m, orientation, after_lift }))?;
         self.lifted = false;
         Ok(())
+    }
+
+    /// Notes which tool is in the hand from the next sample on; another than before is a lift as well.
+    pub const fn hold(&mut self, tool: Tool) {
+        self.tool = tool;
     }
 
     /// Notes that the tool is away until the next sample.

@@ -16,7 +16,7 @@ use pottery_client::stroke::Stroke;
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
-use pottery_shared::tool::{ConvexTool, Shape};
+use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
 use crate::tool_choice::{ToolChoice, ToolFlags};
@@ -348,7 +348,9 @@ impl HostFlags {
         for path in &self.stroke {
             let stroke = Stroke::read(path).with_context(|| format!("the stroke {}", path.display()))?;
             let tools = Shape::NAMED.len() + usize::from(choice.brought.is_some());
-            if let Some(Shape(shape)) = stroke.tool().shape().filter(|shape| usize::from(shape.0) >= tools) {
+            if let Some(Shape(shape)) =
+                stroke.tools().filter_map(Tool::shape).find(|shape| usize::from(shape.0) >= tools)
+            {
                 bail!("the stroke {} needs tool {shape}, which nobody brings; add --tool-file", path.display());
             }
             strokes.push(Arc::new(stroke));

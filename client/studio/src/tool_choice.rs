@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use pottery_client::stroke::Stroke;
 use pottery_client::tool_file::{USUAL_UNIT, read_tool};
 use pottery_shared::session::mesh_of;
-use pottery_shared::tool::{ConvexTool, Shape, rack};
+use pottery_shared::tool::{ConvexTool, Shape, Tool, rack};
 
 use crate::window::{Holding, TOOL_MM};
 
@@ -105,8 +105,11 @@ impl ToolChoice {
         if self.takes_brought {
             holding.shape = Some(Shape(Shape::NAMED.len() as u8));
         }
-        let own = Holding { shape: stroke.tool().shape(), ..Holding::default() };
-        let own_m = stroke.tool().sphere().map_or_else(|| own.inwards_m(&rack), |sphere| sphere.radius().0);
-        Ok(stroke.with_tool(holding.tool(&rack), holding.inwards_m(&rack) - own_m)?)
+        let inwards_m = holding.inwards_m(&rack);
+        let own_m = |tool: Tool| {
+            let own = Holding { shape: tool.shape(), ..Holding::default() };
+            tool.sphere().map_or_else(|| own.inwards_m(&rack), |sphere| sphere.radius().0)
+        };
+        Ok(stroke.with_tool(holding.tool(&rack), |tool| inwards_m - own_m(tool))?)
     }
 }
