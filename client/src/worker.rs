@@ -60,7 +60,9 @@ pub struct NetworkReport {
     pub correction_nm: Histogram<u64>,
     /// Digests that did not match.
     pub mismatches: u64,
-    /// How often missing tiles were asked for.
+    /// How often it asked to be told again what was lost.
+    pub repeats: u64,
+    /// How often it asked for a keyframe.
     pub resyncs: u64,
     /// How the confirmed clay came.
     pub steps: StepCounts,
@@ -122,6 +124,7 @@ impl Worker {
             round_trip_us: histogram(60_000_000),
             correction_nm: histogram(1_000_000_000),
             mismatches: 0,
+            repeats: 0,
             resyncs: 0,
             steps: StepCounts::default(),
             malformed: 0,
@@ -335,6 +338,7 @@ impl Worker {
         let stats = quinn::Connection::stats(&self.connection);
         self.report.duration = self.joined_at.elapsed();
         self.report.mismatches = self.session.mismatches();
+        self.report.repeats = self.session.repeats();
         self.report.resyncs = self.session.resyncs();
         self.report.steps = *self.session.step_counts();
         self.report.down_bytes = stats.udp_rx.bytes;

@@ -39,6 +39,8 @@ pub(crate) struct Link {
     control: mpsc::Sender<Outgoing>,
     keyframes: Arc<Semaphore>,
     dropped: AtomicU64,
+    /// Packets that were lost on the way when it was last asked.
+    lost: AtomicU64,
 }
 
 impl Link {
@@ -46,12 +48,18 @@ impl Link {
     pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
         let keyframes = Arc::new(Semaphore::new(KEYFRAMES_MAX));
-        (Self { session, control, keyframes, dropped: AtomicU64::new(0) }, outgoing)
+        (Self { session, control, keyframes, dropped: AtomicU64::new(0), lost: AtomicU64::new(0) }, outgoing)
     }
 
     /// Datagrams that could not be sent.
     pub(crate) fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Whether packets were lost on the way since it was last asked.
+    pub(crate) fn has_lost(&self) -> bool {
+        let lost = quinn::Connection::stats(&self.session).path.lost_packets;
+        self.lost.swap(lost, Ordering::Relaxed) < lost
     }
 
     /// Sends now or never; an oversized one is dropped and counted, since the path has shrunk.

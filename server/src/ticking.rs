@@ -19,6 +19,8 @@ use crate::link::Link;
 const WAKE_EVERY: Duration = Duration::from_millis(2);
 /// Falling behind by more than this is counted: a snapshot's period.
 const LATE_TICKS: u64 = 17;
+/// Ticks between two looks at what the lines lose.
+const LOOK_EVERY: u64 = 100;
 /// Events taken in before time is looked at again.
 const EVENTS_AT_ONCE: usize = 256;
 
@@ -30,13 +32,15 @@ pub(crate) struct Ticking {
     links: BTreeMap<PeerId, Box<Link>>,
     started: Instant,
     late: u64,
+    /// The tick of the next look at what the lines lose.
+    look_at: u64,
     /// Datagrams dropped for people who have left.
     dropped: u64,
 }
 
 impl Ticking {
     pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>) -> Self {
-        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0, dropped: 0 }
+        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0, look_at: 0, dropped: 0 }
     }
 
     /// Runs until it is told to stop or nobody can tell it anything any more.
@@ -71,6 +75,12 @@ impl Ticking {
         if due > self.room.now().0 + LATE_TICKS {
             self.late += 1;
             tracing::debug!(ticks = due - self.room.now().0, "the tick fell behind");
+        }
+        if due >= self.look_at {
+            self.look_at = due + LOOK_EVERY;
+            for (&peer, _) in self.links.iter().filter(|(_, link)| link.has_lost()) {
+                self.room.handle_loss(peer);
+            }
         }
         self.room.advance(Tick(due));
     }

@@ -74,7 +74,9 @@ pub struct RoomCounts {
     pub joined: u64,
     /// Connections refused so far.
     pub refused: u64,
-    /// Requests for missing tiles.
+    /// Requests to say again what was lost.
+    pub repeats: u64,
+    /// Requests for keyframes.
     pub resyncs: u64,
     /// Samples refused, of people who have left too.
     pub refusals: Refusals,
@@ -212,7 +214,7 @@ impl Room {
         let request = Peer::read_request(frame)?;
         let cost = match request {
             Request::Leave => 0,
-            Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } => 1,
+            Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } | Request::Again { .. } => 1,
             Request::Resync { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
         };
@@ -223,6 +225,10 @@ impl Room {
             Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
             Request::Clay { clay } => bench.set_clay(clay, self.now),
             Request::Retell { retells } => bench.retell(peer, retells),
+            Request::Again { have } => {
+                self.counts.repeats += 1;
+                bench.say_again(peer, have, self.now, &mut self.outbox);
+            }
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);
@@ -240,6 +246,13 @@ impl Room {
     pub fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8]) {
         if let Some(&place) = self.places.get(&peer) {
             self.benches[place].handle_datagram(peer, bytes, self.now);
+        }
+    }
+
+    /// Takes in that the line to a peer has lost packets since the last time: what it carries is said twice for a while.
+    pub fn handle_loss(&mut self, peer: PeerId) {
+        if let Some(&place) = self.places.get(&peer) {
+            self.benches[place].note_loss(peer, self.now);
         }
     }
 

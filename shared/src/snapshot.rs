@@ -25,7 +25,7 @@ use crate::units::Tick;
 
 pub use author::{Author, Delta};
 pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
-pub use motion::{Moment, Motion};
+pub use motion::Moment;
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
 pub use tier::Tier;

@@ -213,11 +213,11 @@ proptest! {
         let origin = origin_of(&groups, method);
         let latest = origin.author.latest();
         for have in 0..=latest.0 {
-            let keyframe = origin.author.keyframe(Version(have));
+            let keyframe = origin.author.keyframe(Version(have), true);
             for held in 0..=latest.0 {
                 let mut replica = origin.replica_at(held as usize);
                 let digest = replica.digest();
-                let applied = replica.apply_keyframe(latest, Version(have), &keyframe, &mut no_tiles(&origin.pot));
+                let applied = replica.apply_keyframe(latest, Version(have), &keyframe, true, &mut no_tiles(&origin.pot));
                 if held < have {
                     let not_next = SnapshotError::NotNext { delta: Version(have), held: Version(held) };
                     prop_assert_eq!(applied, Err(not_next));
@@ -240,8 +240,8 @@ proptest! {
         let made = replica.apply_delta(Version(1), &damage, &mut no_tiles(&origin.pot)).is_ok();
         prop_assert_eq!(replica.version(), Version(u32::from(made)));
         let latest = origin.author.latest().max(Version(1));
-        let keyframe = origin.author.keyframe(Version(0));
-        replica.apply_keyframe(latest, Version(0), &keyframe, &mut no_tiles(&origin.pot)).unwrap();
+        let keyframe = origin.author.keyframe(Version(0), true);
+        replica.apply_keyframe(latest, Version(0), &keyframe, true, &mut no_tiles(&origin.pot)).unwrap();
         prop_assert_eq!(replica.digest(), origin.author.digest());
         prop_assert!(replica.pot() == &origin.pot);
     }
@@ -251,10 +251,10 @@ proptest! {
         let origin = origin_of(&groups, MethodKind::Original);
         let latest = origin.author.latest();
         prop_assume!(latest > Version(1));
-        let old = origin_of(&groups[..1], MethodKind::Original).author.keyframe(Version(0));
+        let old = origin_of(&groups[..1], MethodKind::Original).author.keyframe(Version(0), true);
         let mut replica = origin.replica_at(latest.0 as usize);
         let mut news = no_tiles(&origin.pot);
-        prop_assert_eq!(replica.apply_keyframe(Version(1), Version(0), &old, &mut news), Ok(()));
+        prop_assert_eq!(replica.apply_keyframe(Version(1), Version(0), &old, true, &mut news), Ok(()));
         prop_assert!(news.is_empty() && replica.version() == latest && replica.pot() == &origin.pot);
     }
 
@@ -278,8 +278,8 @@ fn assert_survives(origin: &Origin, held: usize, bytes: &[u8]) {
     type Apply<'a> = &'a dyn Fn(&mut Replica, &mut Touched) -> Result<(), SnapshotError>;
     let ways: [Apply; 3] = [
         &|replica, news| replica.apply_delta(next, bytes, news),
-        &|replica, news| replica.apply_keyframe(next, Version(0), bytes, news),
-        &|replica, news| replica.apply_keyframe(next, Version(held as u32), bytes, news),
+        &|replica, news| replica.apply_keyframe(next, Version(0), bytes, true, news),
+        &|replica, news| replica.apply_keyframe(next, Version(held as u32), bytes, false, news),
     ];
     for apply in ways {
         let mut replica = origin.replica_at(held);
@@ -313,7 +313,7 @@ proptest! {
         let origin = origin_of(&groups, MethodKind::Improved);
         prop_assume!(!origin.deltas.is_empty());
         let delta = origin.deltas.last().unwrap().bytes.clone();
-        for sound in [delta, origin.author.keyframe(Version(0))] {
+        for sound in [delta, origin.author.keyframe(Version(0), true)] {
             let held = origin.deltas.len() - 1;
             assert_survives(&origin, held, &sound[..cut.index(sound.len())]);
             assert_survives(&origin, held, &[&sound[..], &behind].concat());
@@ -377,7 +377,7 @@ fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
         }
     }
     let mean = sizes.iter().sum::<usize>() as f64 / sizes.len() as f64;
-    (mean, sizes.into_iter().max().unwrap(), origin.author.keyframe(Version(0)).len())
+    (mean, sizes.into_iter().max().unwrap(), origin.author.keyframe(Version(0), true).len())
 }
 
 /// Largest mean, largest single snapshot and largest keyframe, bytes: measured when the codec was made, and a third more.

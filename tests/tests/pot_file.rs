@@ -290,7 +290,8 @@ fn wheel_that_begins_with_a_record_brings_late_comers_the_pot() {
     assert_eq!(author.latest(), Version(1));
     let mut replica = Replica::new(Pot::new(small_spec()).unwrap());
     let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
-    replica.apply_keyframe(author.latest(), Version(0), &author.keyframe(Version(0)), &mut touched).unwrap();
+    let keyframe = author.keyframe(Version(0), false);
+    replica.apply_keyframe(author.latest(), Version(0), &keyframe, false, &mut touched).unwrap();
     assert!(*replica.pot() == saved);
     assert_eq!(replica.digest(), author.digest());
 }

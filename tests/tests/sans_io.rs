@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
-use pottery_shared::protocol::{FrameReader, Request};
+use pottery_shared::protocol::{self, FrameReader, Pulse, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -64,6 +64,10 @@ struct World {
     up_bytes: u64,
     /// What a person holds at a time, and how.
     held: fn(u64, u64) -> (Tool, Orientation),
+    /// When no datagram reaches a client.
+    deaf_ms: std::ops::Range<u64>,
+    /// How often a piece was sent to a client: who, version, number of the piece.
+    carried: BTreeMap<(PeerId, u32, u16), u32>,
 }
 
 impl World {
@@ -98,6 +102,8 @@ impl World {
             down_bytes: 0,
             up_bytes: 0,
             held: |_, _| (Tool::default(), Orientation::default()),
+            deaf_ms: 0..0,
+            carried: BTreeMap::new(),
         };
         for person in 0..people {
             let peer = PeerId(person);
@@ -134,7 +140,13 @@ impl World {
                 Lane::Datagram(bytes) => {
                     assert!(bytes.len() <= 1150, "{} bytes", bytes.len());
                     self.down_bytes += bytes.len() as u64;
-                    self.post_datagram(now, bytes, |bytes| Parcel::ToClient(to, bytes));
+                    let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+                    for fragment in &pulse.body.fragments {
+                        *self.carried.entry((to, fragment.version, fragment.index)).or_default() += 1;
+                    }
+                    if !self.deaf_ms.contains(&now) {
+                        self.post_datagram(now, bytes, |bytes| Parcel::ToClient(to, bytes));
+                    }
                 }
                 Lane::Control(bytes) => self.post(now, true, Parcel::ControlToClient(to, bytes)),
                 Lane::Keyframe(bytes) => self.post(now, true, Parcel::KeyframeToClient(to, bytes)),
@@ -260,6 +272,48 @@ fn everybody_holds_the_same_clay_after_loss_reorder_and_duplication() {
         assert!(pressed_mm3 > 5_000.0, "seed {seed}: {pressed_mm3} mm³");
         println!("seed {seed}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
     }
+}
+
+#[test]
+fn a_line_that_loses_nothing_carries_everything_once() {
+    let wire = Wire { delay_ms: 10, jitter_ms: 20, loss_percent: 0, duplicate_percent: 0 };
+    let mut world = World::new(2, wire, 5);
+    for now in 0..4800 {
+        world.step(now, hand);
+    }
+    world.assert_settled(5);
+    let counts = world.room.counts();
+    assert_eq!((counts.repeats, counts.resyncs), (0, 0));
+    // half of three seconds is pressing, and two are told of it
+    assert!(world.carried.len() > 150, "{}", world.carried.len());
+    assert!(world.carried.values().all(|&times| times == 1));
+}
+
+#[test]
+fn what_a_clean_line_lost_is_told_again_and_then_everything_twice() {
+    let wire = Wire { delay_ms: 20, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+    let mut world = World::new(2, wire, 6);
+    // six pulses, in the middle of pressing
+    world.deaf_ms = 1000..1100;
+    let mut at_deaf = 0;
+    for now in 0..4800 {
+        world.step(now, hand);
+        if now == 1100 {
+            at_deaf = world.carried.keys().map(|(_, version, _)| *version).max().unwrap();
+        }
+    }
+    world.assert_settled(6);
+    // one request each, and no keyframe
+    let counts = world.room.counts();
+    assert_eq!((counts.repeats, counts.resyncs), (2, 0));
+    // before the loss once, but for what was lost; after it was heard of twice: 60 ms later and a way
+    let times = |range: std::ops::Range<u32>, expected: u32| {
+        let of = world.carried.iter().filter(|((_, version, _), _)| range.contains(version));
+        assert!(of.clone().count() > 20 && of.clone().all(|(_, &times)| times == expected), "{range:?} {expected}");
+    };
+    times(0..at_deaf - 7, 1);
+    let last = world.carried.keys().map(|(_, version, _)| *version).max().unwrap();
+    times(at_deaf + 8..last, 2);
 }
 
 #[test]

@@ -76,6 +76,7 @@ fn request() -> impl Strategy<Value = Request> {
     prop_oneof![
         any::<f32>().prop_map(|rpm| Request::WheelSpeed { rpm }),
         clay().prop_map(|clay| Request::Clay { clay }),
+        any::<u32>().prop_map(|have| Request::Again { have }),
         any::<u32>().prop_map(|have| Request::Resync { have }),
         any::<bool>().prop_map(|retells| Request::Retell { retells }),
         mesh().prop_map(|mesh| Request::Tool { mesh }),
@@ -150,8 +151,12 @@ fn inputs() -> impl Strategy<Value = Inputs> {
 }
 
 fn retelling() -> impl Strategy<Value = Retelling> {
-    (any::<[[u8; 2]; 3]>(), any::<[u8; 3]>(), bytes(900))
-        .prop_map(|([since, told, digest], motion, transcript)| Retelling { since, told, digest, motion, transcript })
+    (any::<[[u8; 2]; 3]>(), bytes(900)).prop_map(|([since, told, digest], transcript)| Retelling {
+        since,
+        told,
+        digest,
+        transcript,
+    })
 }
 
 fn pulse() -> impl Strategy<Value = Pulse> {
@@ -173,13 +178,16 @@ fn pulse() -> impl Strategy<Value = Pulse> {
 }
 
 fn keyframe() -> impl Strategy<Value = Keyframe> {
-    (any::<(u32, u32, u64, u32)>(), bytes(3000)).prop_map(|((version, since, tick, acknowledged), bytes)| Keyframe {
-        version,
-        since,
-        tick,
-        acknowledged,
-        bytes,
-    })
+    (any::<(u32, u32, u64, u32, bool)>(), bytes(3000)).prop_map(
+        |((version, since, tick, acknowledged, goes_on), bytes)| Keyframe {
+            version,
+            since,
+            tick,
+            acknowledged,
+            goes_on,
+            bytes,
+        },
+    )
 }
 
 /// The laws of one message: it reads back, and neither more, fewer nor too many bytes are taken for it.

@@ -54,7 +54,12 @@ pub enum Request {
         /// Its surface.
         mesh: MeshWire,
     },
-    /// Send everything newer than `have`: something was lost.
+    /// Say again what leads on from `have`: something was lost.
+    Again {
+        /// Version held whole.
+        have: u32,
+    },
+    /// Send a keyframe of everything newer than `have`: saying it again did not help.
     Resync {
         /// Version held whole; 0 asks for the whole pot.
         have: u32,
@@ -323,8 +328,6 @@ pub struct Retelling {
     pub told: [u8; 2],
     /// Lowest 16 bits of the digest of the clay afterwards.
     pub digest: [u8; 2],
-    /// The wheel's motion since the last one, as the snapshot codec has it.
-    pub motion: [u8; 3],
     /// The transcript.
     pub transcript: Vec<u8>,
 }
@@ -355,6 +358,8 @@ pub struct Keyframe {
     pub tick: u64,
     /// All of the client's samples below this number are in it.
     pub acknowledged: u32,
+    /// Whether what the next delta builds upon follows the tiles.
+    pub goes_on: bool,
     /// The tiles.
     pub bytes: Vec<u8>,
 }

@@ -13,7 +13,7 @@ use crate::protocol::{
     ToolWire, Welcome, WheelWire,
 };
 use crate::session::{BROUGHT_MAX, Peer, Refusals, tool_of, with_one_more};
-use crate::snapshot::{Author, Delta, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
+use crate::snapshot::{Author, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
@@ -27,8 +27,8 @@ const TELL_EVERY: u64 = 10;
 const CATCH_UP_MAX: usize = 8;
 /// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
 const FRAGMENT_BYTES: usize = 600;
-/// Pulses in which a delta is repeated: one lost datagram in a row loses nothing.
-const REPEATS: u8 = 2;
+/// Snapshots whose way is kept for those who missed it: half a second, in which most lines can ask and be answered.
+const WAYS_MAX: usize = 32;
 /// Pulses between two digests: a quarter of a second.
 const DIGEST_EVERY: u64 = 15;
 /// Ticks after which a resting tool is no longer shown.
@@ -44,22 +44,23 @@ struct Seat {
     peer: Peer,
     /// Whether the client presses again what was pressed.
     retells: bool,
+    /// What it missed and asked for: everything newer than this version.
+    again_from: Option<Version>,
     /// Gone, but with samples still to be pressed.
     leaving: bool,
 }
 
-/// What leads to a snapshot and is still being repeated.
+/// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
 #[derive(Debug)]
-struct Recent {
+struct Way {
+    version: Version,
     delta: Vec<Fragment>,
-    /// Absent when the delta is shorter.
-    transcript: Option<Vec<Fragment>>,
-    repeats: u8,
+    transcript: Vec<Fragment>,
 }
 
-impl Recent {
+impl Way {
     fn fragments(&self, retells: bool) -> &[Fragment] {
-        self.transcript.as_ref().filter(|_| retells).unwrap_or(&self.delta)
+        if retells { &self.transcript } else { &self.delta }
     }
 }
 
@@ -77,8 +78,11 @@ pub(super) struct Bench {
     /// The tools that people brought, with their numbers in the rack.
     brought: Vec<(u8, MeshWire)>,
     seats: BTreeMap<PeerId, Seat>,
-    recent: VecDeque<Recent>,
+    /// The latest ones, oldest first.
+    ways: VecDeque<Way>,
     pulses: u64,
+    /// The snapshots of the last pulse and the one before.
+    told_of: [Version; 2],
     /// The tick of the last pulse.
     snapshot_tick: Tick,
     acknowledged: BTreeMap<PeerId, u32>,
@@ -116,8 +120,9 @@ impl Bench {
             untold_clay: None,
             brought: Vec::new(),
             seats: BTreeMap::new(),
-            recent: VecDeque::new(),
+            ways: VecDeque::new(),
             pulses: 0,
+            told_of: [Version(0); 2],
             snapshot_tick: Tick(0),
             acknowledged: BTreeMap::new(),
             presses: Vec::new(),
@@ -152,7 +157,8 @@ impl Bench {
         now: Tick,
         outbox: &mut VecDeque<Transmit>,
     ) {
-        self.seats.insert(peer, Seat { client, peer: Peer::default(), retells: hello.retells, leaving: false });
+        let seat = Seat { client, peer: Peer::default(), retells: hello.retells, again_from: None, leaving: false };
+        self.seats.insert(peer, seat);
         let spec = self.pot.spec();
         let welcome = Welcome {
             client,
@@ -269,8 +275,31 @@ impl Bench {
         self.seats.iter().filter(|(_, seat)| !seat.leaving)
     }
 
+    /// Notes that a peer's line has lost something.
+    pub(super) fn note_loss(&mut self, peer: PeerId, now: Tick) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.peer.note_loss(now);
+        }
+    }
+
+    /// Says again what leads on from `have`: with the next pulse, or in a keyframe when that is no longer kept.
+    pub(super) fn say_again(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut VecDeque<Transmit>) {
+        self.note_loss(peer, now);
+        let Some(seat) = self.seats.get_mut(&peer) else { return };
+        let missed = |way: &&Way| way.version.0 > have;
+        let first = self.ways.iter().find(missed);
+        let is_kept = first.is_some_and(|way| way.version == Version(have).next())
+            && self.ways.iter().filter(missed).all(|way| !way.fragments(seat.retells).is_empty());
+        if is_kept {
+            seat.again_from = Some(Version(have));
+        } else {
+            self.resync(peer, have, outbox);
+        }
+    }
+
     /// Sends one peer everything newer than `have`.
     pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut VecDeque<Transmit>) {
+        let goes_on = self.seats.get(&peer).is_some_and(|seat| !seat.retells);
         // a version that never was cannot be built upon
         let since = if have > self.author.latest().0 { 0 } else { have };
         let keyframe = Keyframe {
@@ -278,7 +307,8 @@ impl Bench {
             since,
             tick: self.snapshot_tick.0,
             acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
-            bytes: self.author.keyframe(Version(since)),
+            goes_on,
+            bytes: self.author.keyframe(Version(since), goes_on),
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
@@ -297,13 +327,13 @@ impl Bench {
             self.tell_settings(outbox);
         }
         if SnapshotClock::is_due(tick) {
-            let now = Moment { tick, phase: self.conditions.phase(tick) };
-            if let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) {
-                self.recent.push_back(self.recent(&delta));
-            }
+            let is_told = self.publish(tick);
             self.transcript.get_or_insert_default().clear();
             self.snapshot_tick = tick;
             self.note_acknowledged(gone);
+            if !is_told {
+                self.resync_retellers(outbox);
+            }
             self.pulse(tick, outbox);
         }
     }
@@ -353,24 +383,40 @@ impl Bench {
         self.acknowledged.extend(self.seats.iter().map(|(&peer, seat)| (peer, seat.peer.inputs().acknowledged())));
     }
 
-    /// What leads to a snapshot, ready to be sent.
-    fn recent(&self, delta: &Delta) -> Recent {
-        let retelling = self.transcript.as_ref().filter(|_| self.seats.values().any(|seat| seat.retells));
-        let transcript = retelling.map(|transcript| {
+    /// Takes a snapshot and keeps what leads to it, as far as anybody needs it; false when it was too much to tell.
+    fn publish(&mut self, tick: Tick) -> bool {
+        let now = Moment { tick, phase: self.conditions.phase(tick) };
+        let needs = |retells: bool| self.present().any(|(_, seat)| seat.retells == retells);
+        let (needs_delta, needs_transcript) = (needs(false), needs(true));
+        let (version, delta) = if needs_delta {
+            let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) else { return true };
+            (delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes))
+        } else {
+            let told = self.author.publish_untold(&mut self.pot, &mut self.touched, now);
+            let Some(version) = told else { return true };
+            (version, Vec::new())
+        };
+        let retelling = self.transcript.as_ref().filter(|_| needs_transcript).map(|transcript| {
             protocol::encode(&Retelling {
                 since: (self.snapshot_tick.0 as u16).to_le_bytes(),
                 told: (self.told as u16).to_le_bytes(),
                 digest: (self.author.digest() as u16).to_le_bytes(),
-                motion: delta.motion.to_bytes(),
                 transcript: transcript.encode(self.snapshot_tick),
             })
         });
-        Recent {
-            delta: fragments(delta.version, FragmentOf::Delta, &delta.bytes),
-            transcript: transcript
-                .filter(|bytes| bytes.len() < delta.bytes.len())
-                .map(|bytes| fragments(delta.version, FragmentOf::Transcript, &bytes)),
-            repeats: REPEATS,
+        let transcript = retelling.map_or_else(Vec::new, |bytes| fragments(version, FragmentOf::Transcript, &bytes));
+        let is_told = !needs_transcript || !transcript.is_empty();
+        if self.ways.len() == WAYS_MAX {
+            self.ways.pop_front();
+        }
+        self.ways.push_back(Way { version, delta, transcript });
+        is_told
+    }
+
+    /// Brings the clay to those who press again what was pressed, when that was too much to tell.
+    fn resync_retellers(&self, outbox: &mut VecDeque<Transmit>) {
+        for (&peer, _) in self.present().filter(|(_, seat)| seat.retells) {
+            self.resync(peer, self.author.latest().0.saturating_sub(1), outbox);
         }
     }
 
@@ -384,19 +430,22 @@ impl Bench {
         self.pulses += 1;
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
-        let mut encoded: [Option<Vec<Vec<u8>>>; 2] = [None, None];
+        let [last, before] = self.told_of;
+        // many get the same
+        let mut encoded: BTreeMap<(bool, Version), Vec<Vec<u8>>> = BTreeMap::new();
         for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
             let head = seat.peer.pulse_head();
-            let fragments = self.recent.iter().flat_map(|recent| recent.fragments(seat.retells));
-            let bodies = encoded[usize::from(seat.retells)].get_or_insert_with(|| bodies(&first, fragments));
+            let usual = if seat.peer.loses(tick) { before } else { last };
+            let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
+            let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
+                let newer = self.ways.iter().filter(|way| way.version > from);
+                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells)))
+            });
             for body in bodies {
                 outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
             }
         }
-        for recent in &mut self.recent {
-            recent.repeats -= 1;
-        }
-        self.recent.retain(|recent| recent.repeats > 0);
+        self.told_of = [self.author.latest(), last];
     }
 }
 

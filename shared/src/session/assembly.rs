@@ -40,10 +40,13 @@ struct Parts {
 }
 
 impl Parts {
+    fn is_whole(&self) -> bool {
+        !self.pieces.is_empty() && self.pieces.iter().all(Option::is_some)
+    }
+
     /// All bytes, once no piece is missing.
     fn whole(&self) -> Option<Vec<u8>> {
-        let is_whole = !self.pieces.is_empty() && self.pieces.iter().all(Option::is_some);
-        is_whole.then(|| self.pieces.iter().flatten().flatten().copied().collect())
+        self.is_whole().then(|| self.pieces.iter().flatten().flatten().copied().collect())
     }
 }
 
@@ -52,39 +55,45 @@ impl Parts {
 struct Way {
     delta: Parts,
     transcript: Parts,
-    /// The first of them that became whole.
-    step: Option<Step>,
+    /// What the transcript's pieces say, once they are whole.
+    retelling: Option<Retelling>,
 }
 
 impl Way {
-    /// Keeps what has become whole; false when it is no message.
+    /// Reads what has become whole; false when it is no message.
     fn complete(&mut self) -> bool {
-        if self.step.is_some() {
-            return true;
-        }
-        if let Some(bytes) = self.delta.whole() {
-            self.step = Some(Step::Delta(bytes));
-        } else if let Some(bytes) = self.transcript.whole() {
+        if self.retelling.is_none()
+            && let Some(bytes) = self.transcript.whole()
+        {
             let Ok(retelling) = protocol::decode::<BYTES_MAX, Retelling>(&bytes) else {
                 self.transcript = Parts::default();
                 return false;
             };
-            self.step = Some(Step::Retelling(retelling, self.transcript.tick));
+            self.retelling = Some(retelling);
         }
         true
     }
 
-    /// Whether it can be gone by one who has heard the first `told` notices.
-    fn is_open(&self, told: u32) -> bool {
-        match &self.step {
-            None => false,
-            Some(Step::Delta(_)) => true,
-            // as numbers that wrap
-            Some(Step::Retelling(retelling, _)) => {
-                (told as u16).wrapping_sub(u16::from_le_bytes(retelling.told)) as i16 >= 0
-            }
+    /// How it can be gone, a delta before a retelling.
+    fn open(&self, traveller: Traveller) -> Option<FragmentOf> {
+        if traveller.takes_deltas && self.delta.is_whole() {
+            return Some(FragmentOf::Delta);
         }
+        // as numbers that wrap
+        let is_heard = |retelling: &Retelling| {
+            (traveller.told as u16).wrapping_sub(u16::from_le_bytes(retelling.told)) as i16 >= 0
+        };
+        self.retelling.as_ref().is_some_and(is_heard).then_some(FragmentOf::Transcript)
     }
+}
+
+/// What a replica can take.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Traveller {
+    /// Notices it has heard.
+    pub(super) told: u32,
+    /// Whether it knows what deltas build upon.
+    pub(super) takes_deltas: bool,
 }
 
 /// Collects fragments and standings above the version held.
@@ -151,13 +160,14 @@ impl Assembly {
         way.complete()
     }
 
-    /// The newest version to which the way from `held` is open for one who has heard `told` notices, and of which a pulse
-    /// told the standing.
-    pub(super) fn reachable(&self, held: Version, told: u32) -> Option<(Version, Standing)> {
+    /// The newest version to which the way from `held` is open, and of which a pulse told the standing.
+    pub(super) fn reachable(&self, held: Version, mut traveller: Traveller) -> Option<(Version, Standing)> {
         let mut version = held;
         let mut best = self.standings.get(&held).map(|standing| (held, *standing));
-        while self.ways.get(&version.next()).is_some_and(|way| way.is_open(told)) {
+        while let Some(of) = self.ways.get(&version.next()).and_then(|way| way.open(traveller)) {
             version = version.next();
+            // who retells does not learn what the next delta builds upon
+            traveller.takes_deltas = of == FragmentOf::Delta;
             if let Some(standing) = self.standings.get(&version) {
                 best = Some((version, *standing));
             }
@@ -166,8 +176,12 @@ impl Assembly {
     }
 
     /// The step to a version, taken out.
-    pub(super) fn take(&mut self, version: Version) -> Option<Step> {
-        self.ways.remove(&version)?.step
+    pub(super) fn take(&mut self, version: Version, traveller: Traveller) -> Option<Step> {
+        let way = self.ways.remove(&version)?;
+        match way.open(traveller)? {
+            FragmentOf::Delta => way.delta.whole().map(Step::Delta),
+            FragmentOf::Transcript => way.retelling.map(|retelling| Step::Retelling(retelling, way.transcript.tick)),
+        }
     }
 
     /// Forgets what is not newer than `held`.

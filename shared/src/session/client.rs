@@ -9,7 +9,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::assembly::{Assembly, Step};
+use super::assembly::{Assembly, Step, Traveller};
 use super::effort::Effort;
 use super::lead::Lead;
 use super::{BringError, mesh_of, runs, tool_of, with_one_more};
@@ -20,7 +20,7 @@ use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{
     self, Greeting, Hello, Keyframe, MeshWire, NoTool, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire,
 };
-use crate::snapshot::{Motion, Replica, SnapshotError, Touched, Transcript, Version};
+use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
 use crate::units::{Metres, Tick};
 
@@ -102,8 +102,10 @@ pub struct Client {
     acknowledged: u32,
     progress_at: Duration,
     repeated_at: Duration,
-    behind_since: Option<Duration>,
+    round_trip: Duration,
+    behind: Option<Behind>,
     mismatches: u64,
+    repeats: u64,
     resyncs: u64,
     /// The tool that was brought last.
     brought: Option<MeshWire>,
@@ -114,6 +116,14 @@ pub struct Client {
     /// Notices heard, those before the welcome included.
     told: u32,
     counts: StepCounts,
+}
+
+/// That newer clay is known of than can be come to.
+#[derive(Clone, Copy, Debug)]
+struct Behind {
+    ask_at: Duration,
+    /// Whether it has asked to be told again.
+    has_asked: bool,
 }
 
 /// How the replica came to its snapshots.
@@ -132,7 +142,9 @@ impl Client {
     const REDUNDANT: u32 = 40;
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
-    /// Time without a whole snapshot after which the missing tiles are asked for.
+    /// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
+    const AGAIN_AFTER: Duration = Duration::from_millis(60);
+    /// Time beside the round trip after which a keyframe is asked for, since saying it again did not help.
     const RESYNC_AFTER: Duration = Duration::from_millis(200);
 
     /// Retellings that may come out wrong before it asks for deltas instead.
@@ -187,8 +199,10 @@ impl Client {
             acknowledged: 0,
             progress_at: Duration::ZERO,
             repeated_at: Duration::ZERO,
-            behind_since: None,
+            round_trip,
+            behind: None,
             mismatches: 0,
+            repeats: 0,
             resyncs: 0,
             brought: None,
             substep,
@@ -278,6 +292,10 @@ impl Client {
         if self.retells != retells {
             self.retells = retells;
             self.request(&Request::Retell { retells });
+            if !retells {
+                // deltas build upon deltas
+                self.resync(self.replica.version());
+            }
         }
     }
 
@@ -291,7 +309,13 @@ impl Client {
         }
     }
 
-    /// How often missing tiles had to be asked for.
+    /// How often it asked to be told again what was lost.
+    #[must_use]
+    pub const fn repeats(&self) -> u64 {
+        self.repeats
+    }
+
+    /// How often it asked for a keyframe.
     #[must_use]
     pub const fn resyncs(&self) -> u64 {
         self.resyncs
@@ -404,12 +428,13 @@ impl Client {
         if version < self.replica.version() {
             return true;
         }
-        if self.replica.apply_keyframe(version, since, &keyframe.bytes, &mut self.news).is_err() {
+        let Keyframe { bytes, goes_on, .. } = &keyframe;
+        if self.replica.apply_keyframe(version, since, bytes, *goes_on, &mut self.news).is_err() {
             return false;
         }
         self.confirm(Tick(keyframe.tick), keyframe.acknowledged, now);
         self.assembly.forget(version);
-        self.behind_since = None;
+        self.behind = None;
         self.catch_up(now);
         true
     }
@@ -417,7 +442,7 @@ impl Client {
     /// Applies every delta that is whole, checks the digest and asks for what stays missing.
     fn catch_up(&mut self, now: Duration) {
         let held = self.replica.version();
-        if let Some((version, standing)) = self.assembly.reachable(held, self.told) {
+        if let Some((version, standing)) = self.assembly.reachable(held, self.traveller()) {
             let mut applied = Ok(());
             while applied.is_ok() && self.replica.version() < version {
                 applied = self.step();
@@ -436,18 +461,41 @@ impl Client {
             self.mismatches += 1;
             self.resync(Version(0));
         }
-        if self.assembly.latest() <= self.replica.version() {
-            self.behind_since = None;
-        } else if now.saturating_sub(*self.behind_since.get_or_insert(now)) >= Self::RESYNC_AFTER {
-            self.behind_since = Some(now + Self::RESYNC_AFTER * 4);
-            self.resync(self.replica.version());
+        if self.replica.version() > held || self.assembly.latest() <= self.replica.version() {
+            self.behind = None;
         }
+        if self.assembly.latest() > self.replica.version() {
+            self.ask(now);
+        }
+    }
+
+    /// Asks for what stays missing, when it is time: to be told again, then for a keyframe.
+    fn ask(&mut self, now: Duration) {
+        let Behind { ask_at, has_asked } =
+            *self.behind.get_or_insert(Behind { ask_at: now + Self::AGAIN_AFTER, has_asked: false });
+        if now < ask_at {
+            return;
+        }
+        let patience = self.round_trip + Self::RESYNC_AFTER;
+        let have = self.replica.version();
+        if has_asked {
+            self.behind = Some(Behind { ask_at: now + patience * 3, has_asked });
+            self.resync(have);
+        } else {
+            self.behind = Some(Behind { ask_at: now + patience, has_asked: true });
+            self.repeats += 1;
+            self.request(&Request::Again { have: have.0 });
+        }
+    }
+
+    fn traveller(&self) -> Traveller {
+        Traveller { told: self.told, takes_deltas: self.replica.takes_deltas() }
     }
 
     /// Goes one snapshot on.
     fn step(&mut self) -> Result<(), SnapshotError> {
         let next = self.replica.version().next();
-        match self.assembly.take(next) {
+        match self.assembly.take(next, self.traveller()) {
             None => Err(SnapshotError::NotNext { delta: next, held: self.replica.version() }),
             Some(Step::Delta(bytes)) => {
                 self.counts.deltas += 1;
@@ -459,8 +507,7 @@ impl Client {
                 let transcript =
                     Transcript::decode(&told.transcript, since).ok_or(SnapshotError::Malformed { bytes })?;
                 self.counts.retold += 1;
-                let motion = Motion::from_bytes(told.motion);
-                self.replica.retell(next, &transcript, motion, &self.conditions, &mut self.substep, &mut self.news)?;
+                self.replica.retell(next, &transcript, &self.conditions, &mut self.substep, &mut self.news)?;
                 if self.replica.digest() as u16 != u16::from_le_bytes(told.digest) {
                     self.counts.unlike += 1;
                     if self.counts.unlike == Self::UNLIKE_MAX {

@@ -30,11 +30,15 @@ pub struct Peer {
     /// What requests have cost and time has not yet paid off, in ticks.
     spent_ticks: i64,
     spent_at: Tick,
+    /// When its line last lost something.
+    lost_at: Option<Tick>,
 }
 
 impl Peer {
     const TICKS_PER_REQUEST: i64 = 50;
     const TICKS_AT_ONCE: i64 = 2000;
+    /// How long a line that lost something counts as one that loses.
+    const LOSSY_TICKS: i64 = 10_000;
 
     /// Reads the first frame of a connection.
     ///
@@ -73,6 +77,17 @@ impl Peer {
         }
         (self.spent_ticks, self.spent_at) = (spent, now);
         true
+    }
+
+    /// Notes that something did not arrive.
+    pub const fn note_loss(&mut self, now: Tick) {
+        self.lost_at = Some(now);
+    }
+
+    /// Whether its line has lost something lately, so that what it carries is better said twice.
+    #[must_use]
+    pub fn loses(&self, now: Tick) -> bool {
+        self.lost_at.is_some_and(|lost_at| now.since(lost_at) < Self::LOSSY_TICKS)
     }
 
     /// A notice ready for the control stream.

@@ -6,7 +6,7 @@
 use alloc::vec::Vec;
 
 use super::grid::{self, Quantum, round_tile, untouched_grids};
-use super::motion::{Moment, Motion};
+use super::motion::Moment;
 use super::publisher::Publisher;
 use super::record::windows;
 use super::{PotRecord, Touched, Version};
@@ -19,8 +19,6 @@ pub struct Delta {
     pub version: Version,
     /// The tiles that changed.
     pub bytes: Vec<u8>,
-    /// How the wheel moved since the last one: for those who make the change themselves, and go on from it with the next.
-    pub motion: Motion,
 }
 
 /// Publishes the snapshots of one pot.
@@ -50,7 +48,7 @@ impl Author {
         }
         record.lay_on(pot);
         // nobody is there yet to whom the change could be sent
-        author.publish(pot, &mut touched, Moment::default());
+        author.publish_untold(pot, &mut touched, Moment::default());
         author
     }
 
@@ -71,18 +69,29 @@ impl Author {
     /// The pot's radii in those tiles are rounded to the quantum, so that what was sent is what is: a creep of less
     /// than half a quantum between two snapshots is dropped on both sides alike.
     pub fn publish(&mut self, pot: &mut Pot, touched: &mut Touched, now: Moment) -> Option<Delta> {
+        self.stage(pot, touched);
+        self.publisher.finish(now)
+    }
+
+    /// The same when nobody needs the delta, which is then not made: whoever wants the next one needs a keyframe first.
+    pub fn publish_untold(&mut self, pot: &mut Pot, touched: &mut Touched, now: Moment) -> Option<Version> {
+        self.stage(pot, touched);
+        self.publisher.finish_untold(now)
+    }
+
+    fn stage(&mut self, pot: &mut Pot, touched: &mut Touched) {
         for (surface, tile, window) in touched.iter() {
             round_tile(&mut pot.surfaces_mut()[surface], window, &mut self.steps);
             self.publisher.stage(surface, tile, &self.steps);
         }
         pot.settle(touched.iter().map(|(surface, _, window)| (surface, window)));
         touched.clear();
-        self.publisher.finish(now)
     }
 
-    /// Every tile that changed since `have`, and what the next delta builds upon: leads from `have` to the newest snapshot.
+    /// Every tile that changed since `have`: leads from `have` to the newest snapshot. For who `goes_on` with deltas, also
+    /// what the next one builds upon.
     #[must_use]
-    pub fn keyframe(&self, have: Version) -> Vec<u8> {
-        self.publisher.keyframe(have)
+    pub fn keyframe(&self, have: Version, goes_on: bool) -> Vec<u8> {
+        self.publisher.keyframe(have, goes_on)
     }
 }

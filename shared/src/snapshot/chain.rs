@@ -50,7 +50,7 @@ impl Chain {
             return Ok(());
         }
         (self.models, self.motions) = learned;
-        self.current.iter_mut().for_each(Plane::clear);
+        self.drop_current();
         Err(Exhausted)
     }
 
@@ -65,10 +65,21 @@ impl Chain {
         Ok(())
     }
 
+    /// The current delta becomes the last, and is told to nobody: there is none to whom it would have to be foretold.
+    pub(super) fn skip(&mut self, motion: Motion) {
+        self.motions.last = motion;
+        self.advance();
+    }
+
+    /// Forgets the current delta.
+    pub(super) fn drop_current(&mut self) {
+        self.current.iter_mut().for_each(Plane::clear);
+    }
+
     /// The current delta becomes the last.
     pub(super) fn advance(&mut self) {
         core::mem::swap(&mut self.last, &mut self.current);
-        self.current.iter_mut().for_each(Plane::clear);
+        self.drop_current();
     }
 
     /// Codes differences of which nothing is foretold.

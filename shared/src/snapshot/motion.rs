@@ -24,7 +24,7 @@ pub struct Moment {
 
 /// How far the wheel turned and how long the clay changed from one delta to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Motion {
+pub(super) struct Motion {
     /// Part of a turn, 2¹⁶ a whole one.
     turn: u16,
     /// Ticks, as many as a byte holds.
@@ -32,19 +32,6 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// As three bytes.
-    #[must_use]
-    pub const fn to_bytes(self) -> [u8; 3] {
-        let [low, high] = self.turn.to_le_bytes();
-        [low, high, self.ticks]
-    }
-
-    /// What [`Motion::to_bytes`] made bytes of.
-    #[must_use]
-    pub const fn from_bytes([low, high, ticks]: [u8; 3]) -> Self {
-        Self { turn: u16::from_le_bytes([low, high]), ticks }
-    }
-
     /// From the wheel's phase at the last delta to the one now, in which clay changed for so many ticks.
     pub(super) fn new(before: Phase, now: Phase, ticks: u64) -> Self {
         let turn = now.0.wrapping_sub(before.0).wrapping_add(1 << 15) >> 16;

@@ -54,6 +54,19 @@ impl Publisher {
 
     /// The delta of all that was staged; `None` when nothing changed.
     pub(super) fn finish(&mut self, now: Moment) -> Option<Delta> {
+        let motion = self.go_on(now)?;
+        Some(Delta { version: self.latest, bytes: self.chain.encode(motion) })
+    }
+
+    /// The same without a word of what changed, which takes no time: whoever wants the next delta needs a keyframe first.
+    pub(super) fn finish_untold(&mut self, now: Moment) -> Option<Version> {
+        let motion = self.go_on(now)?;
+        self.chain.skip(motion);
+        Some(self.latest)
+    }
+
+    /// Goes on to the next version, unless nothing was staged; says how the wheel moved since the last one.
+    fn go_on(&mut self, now: Moment) -> Option<Motion> {
         let motion = Motion::new(self.last.phase, now.phase, now.tick.0.saturating_sub(self.asked.tick.0));
         self.asked = now;
         if self.chain.current.iter().all(|plane| plane.tiles().is_empty()) {
@@ -61,12 +74,12 @@ impl Publisher {
         }
         self.last = now;
         self.latest = self.latest.next();
-        Some(Delta { version: self.latest, bytes: self.chain.encode(motion), motion })
+        Some(motion)
     }
 
-    /// Every tile that changed since `have`, as differences to the untouched pot, and what the chain remembers: leads from
-    /// `have` to the newest.
-    pub(super) fn keyframe(&self, have: Version) -> Vec<u8> {
+    /// Every tile that changed since `have`, as differences to the untouched pot: leads from `have` to the newest. For who
+    /// `goes_on` with deltas, also what the chain remembers.
+    pub(super) fn keyframe(&self, have: Version, goes_on: bool) -> Vec<u8> {
         let mut encoder = Encoder::new();
         let mut models = Models::new();
         let mut planes = Vec::new();
@@ -81,8 +94,10 @@ impl Publisher {
             planes.push(plane);
         }
         Chain::code_alone(&mut encoder, &mut models, &mut planes).expect("writing meets no end");
-        let mut chain = self.chain.clone();
-        chain.code_state(&mut encoder, &mut models).expect("writing meets no end");
+        if goes_on {
+            let mut chain = self.chain.clone();
+            chain.code_state(&mut encoder, &mut models).expect("writing meets no end");
+        }
         encoder.finish()
     }
 }

@@ -9,7 +9,6 @@ use super::chain::Chain;
 use super::coder::{Decoder, Symbols};
 use super::grid::{self, QuantisedGrid, Quantum, round_tile, untouched_grids};
 use super::models::Models;
-use super::motion::Motion;
 use super::plane::Plane;
 use super::{Touched, Transcript, Version};
 use crate::clay::{Conditions, Pot, SubStep};
@@ -24,6 +23,12 @@ pub enum SnapshotError {
         delta: Version,
         /// What is held.
         held: Version,
+    },
+    /// What deltas build upon is not known, since the last snapshot was not come to by a delta; ask for a keyframe.
+    #[error("a delta to {delta} builds upon deltas that were not taken")]
+    Unlearned {
+        /// Where the delta leads.
+        delta: Version,
     },
     /// The bytes are no list of tiles of this pot; drop them and ask for what is missing.
     #[error("the {bytes} bytes are no list of tiles of this pot")]
@@ -40,6 +45,8 @@ pub struct Replica {
     grids: Vec<QuantisedGrid>,
     version: Version,
     chain: Chain,
+    /// Whether the chain remembers what the author's does.
+    is_learned: bool,
 }
 
 impl Replica {
@@ -54,7 +61,7 @@ impl Replica {
     pub fn with_quantum(mut pot: Pot, quantum: Quantum) -> Self {
         let grids = untouched_grids(&mut pot, quantum);
         let chain = Chain::new(grids.iter().map(QuantisedGrid::layout));
-        Self { pot, grids, version: Version(0), chain }
+        Self { pot, grids, version: Version(0), chain, is_learned: true }
     }
 
     /// The clay at this version.
@@ -67,6 +74,12 @@ impl Replica {
     #[must_use]
     pub const fn version(&self) -> Version {
         self.version
+    }
+
+    /// Whether it can take the next delta; if not, it needs a keyframe with what deltas build upon.
+    #[must_use]
+    pub const fn takes_deltas(&self) -> bool {
+        self.is_learned
     }
 
     /// Digest of the snapshot held.
@@ -83,6 +96,9 @@ impl Replica {
         if version != self.version.next() {
             return Err(SnapshotError::NotNext { delta: version, held: self.version });
         }
+        if !self.is_learned {
+            return Err(SnapshotError::Unlearned { delta: version });
+        }
         self.chain.decode(bytes).map_err(|_| SnapshotError::Malformed { bytes: bytes.len() })?;
         let current = core::mem::take(&mut self.chain.current);
         self.commit(version, &current, touched);
@@ -93,8 +109,8 @@ impl Replica {
 
     /// Moves on by one snapshot, by pressing again what was pressed, and adds the changed tiles to `touched`.
     ///
-    /// The clay is then the author's if all conditions of the time are known; the digest shows it. `motion` is the
-    /// author's: the replica goes through the delta that it did not get, so that it can take the next one.
+    /// The clay is then the author's if all conditions of the time are known; the digest shows it. The replica takes no
+    /// delta afterwards until a keyframe brings what those build upon.
     ///
     /// # Errors
     /// [`SnapshotError::NotNext`]; the replica is then unchanged.
@@ -102,7 +118,6 @@ impl Replica {
         &mut self,
         version: Version,
         transcript: &Transcript,
-        motion: Motion,
         conditions: &Conditions,
         substep: &mut SubStep,
         touched: &mut Touched,
@@ -127,14 +142,16 @@ impl Replica {
             }
         }
         self.pot.settle(pressed.iter().map(|(surface, _, window)| (surface, window)));
-        self.chain.encode(motion);
+        self.chain.drop_current();
+        self.is_learned = false;
         self.version = version;
         Ok(())
     }
 
     /// Moves to the snapshot of a keyframe and adds the changed tiles to `touched`; an older one changes nothing.
     ///
-    /// `since` is the version the keyframe starts from; from version 0, a tile it does not name is untouched clay.
+    /// `since` is the version the keyframe starts from; from version 0, a tile it does not name is untouched clay. It
+    /// `goes_on` when it brings what the next delta builds upon.
     ///
     /// # Errors
     /// [`SnapshotError::Malformed`]; the replica is then unchanged.
@@ -143,6 +160,7 @@ impl Replica {
         version: Version,
         since: Version,
         bytes: &[u8],
+        goes_on: bool,
         touched: &mut Touched,
     ) -> Result<(), SnapshotError> {
         if version < self.version {
@@ -152,7 +170,7 @@ impl Replica {
             return Err(SnapshotError::NotNext { delta: since, held: self.version });
         }
         let malformed = SnapshotError::Malformed { bytes: bytes.len() };
-        let (mut planes, chain) = self.read_keyframe(bytes).ok_or(malformed)?;
+        let (mut planes, chain) = self.read_keyframe(bytes, goes_on).ok_or(malformed)?;
         for (grid, plane) in self.grids.iter().zip(&mut planes) {
             if since == Version(0) {
                 (0..grid.layout().tiles()).for_each(|tile| plane.add(tile));
@@ -162,19 +180,21 @@ impl Replica {
             }
         }
         self.commit(version, &planes, touched);
-        self.chain = chain;
+        (self.chain, self.is_learned) = (chain, goes_on);
         Ok(())
     }
 
     /// Differences to the untouched pot, and what the chain goes on from.
-    fn read_keyframe(&self, bytes: &[u8]) -> Option<(Vec<Plane>, Chain)> {
+    fn read_keyframe(&self, bytes: &[u8], goes_on: bool) -> Option<(Vec<Plane>, Chain)> {
         let layouts = || self.grids.iter().map(QuantisedGrid::layout);
         let mut planes: Vec<_> = layouts().map(Plane::unchanged).collect();
         let mut chain = Chain::new(layouts());
         let mut models = Models::new();
         let mut decoder = Decoder::new(bytes);
         Chain::code_alone(&mut decoder, &mut models, &mut planes).ok()?;
-        chain.code_state(&mut decoder, &mut models).ok()?;
+        if goes_on {
+            chain.code_state(&mut decoder, &mut models).ok()?;
+        }
         planes.iter_mut().for_each(Plane::sum_up);
         (!decoder.is_exhausted() && !decoder.has_rest()).then_some((planes, chain))
     }

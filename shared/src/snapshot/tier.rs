@@ -71,7 +71,7 @@ impl Tier {
     /// As [`Author::keyframe`], of this chain.
     #[must_use]
     pub fn keyframe(&self, have: Version) -> Vec<u8> {
-        self.publisher.keyframe(have)
+        self.publisher.keyframe(have, true)
     }
 }
 
