@@ -425,8 +425,12 @@ fn drawing_into_no_size_and_changing_sizes_are_harmless() {
 #[test]
 fn a_ray_passes_through_the_point_that_is_shown_there() {
     for aspect in [0.5, 1.0, 16.0 / 9.0] {
-        for (azimuth_rad, elevation_rad) in [(-1.57, 0.45), (0.3, -0.2), (2.5, 1.5), (0.0, 9.0)] {
-            let camera = Camera { azimuth_rad, elevation_rad, ..Camera::default() };
+        for (azimuth_rad, elevation_rad, aside_ndc) in
+            [(-1.57, 0.45, 0.0), (0.3, -0.2, 0.3), (2.5, 1.5, -0.6), (0.0, 9.0, 1.0)]
+        {
+            let camera = Camera { azimuth_rad, elevation_rad, aside_ndc, ..Camera::default() };
+            let shown = camera.ndc(camera.target_m, aspect).unwrap();
+            assert!(shown.distance(Vec2::X * aside_ndc) < 1e-6, "{camera:?} shows its target at {shown}");
             for point_m in [Vec3::new(0.03, -0.02, 0.1), Vec3::new(-0.06, 0.05, 0.2), Vec3::ZERO] {
                 let ndc = camera.ndc(point_m, aspect).unwrap();
                 let (origin_m, direction) = camera.ray(ndc, aspect);

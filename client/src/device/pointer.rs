@@ -2,9 +2,10 @@
 //!
 //! The window says where the tool should be, at the picture's rate; the device glides there at the hand's rate, so that
 //! a jump of the pointer is a fast movement and not a jump of the tool.
-//! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`].
+//! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`], and on its way comes no nearer to the axis than the nearer of
+//! its ends: it goes round a pot and not through it.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 
@@ -47,6 +48,21 @@ impl PointerDevice {
     }
 }
 
+/// A share of the way round the axis from one place to another, of no more than `most_m`: outwards, along the arc and up each
+/// on their own.
+fn glided(from_m: Vec3, to_m: Vec3, share: f32, most_m: f32) -> Vec3 {
+    let (at, goal) = (from_m.truncate(), to_m.truncate());
+    let (out_m, goal_out_m) = (at.length(), goal.length());
+    // on the axis every side is as near
+    let facing = at.try_normalize().or_else(|| goal.try_normalize()).unwrap_or(Vec2::X);
+    let turn_rad = facing.perp_dot(goal).atan2(facing.dot(goal));
+    // the arc is longest where the tool is farther out
+    let way = Vec3::new(goal_out_m - out_m, turn_rad * out_m.max(goal_out_m), to_m.z - from_m.z);
+    let step = (way * share).clamp_length_max(most_m);
+    let part = if way.length() > 0.0 { step.length() / way.length() } else { 1.0 };
+    (Vec2::from_angle(turn_rad * part).rotate(facing) * (out_m + step.x)).extend(from_m.z + step.z)
+}
+
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
         self.asked.update();
@@ -58,7 +74,7 @@ impl Device for PointerDevice {
         let (before, from, turned) = self.at.unwrap_or((seconds, target, orientation));
         let dt = (seconds - before).clamp(0.0, 0.02) as f32;
         let share = 1.0 - (-dt / GLIDE_S).exp();
-        let now = from + ((target - from) * share).clamp_length_max(SPEED_MAX_M_S * dt);
+        let now = glided(from, target, share, SPEED_MAX_M_S * dt);
         // what is left may be less than a share can be rounded to
         let nearer = turned.towards(orientation, share);
         let turned = if share > 0.0 && nearer == turned { orientation } else { nearer };

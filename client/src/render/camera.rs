@@ -16,8 +16,10 @@ pub struct Camera {
     pub elevation_rad: f32,
     /// Distance from the target, m; kept above [`Camera::DISTANCE_MIN_M`].
     pub distance_m: f32,
-    /// The point in the middle of the picture, m.
+    /// The point that it looks at, m.
     pub target_m: Vec3,
+    /// Where that is shown across the picture, from −1 at its left edge to 1 at its right: beside what lies over the picture.
+    pub aside_ndc: f32,
     /// Angle of view over the height of a picture that is at least as wide as [`Camera::ASPECT_MIN`], rad.
     pub view_angle_rad: f32,
 }
@@ -30,6 +32,7 @@ impl Default for Camera {
             elevation_rad: 0.45,
             distance_m: 0.62,
             target_m: Vec3::new(0.0, 0.0, 0.09),
+            aside_ndc: 0.0,
             view_angle_rad: 0.56,
         }
     }
@@ -81,7 +84,9 @@ impl Camera {
     pub fn view_projection(&self, aspect: f32) -> Mat4 {
         let angle = 2.0 * self.half_height(aspect).atan();
         let projection = rh::proj::directx::perspective(angle, aspect, Self::NEAR_M, Self::FAR_M);
-        projection * rh::view::look_at_mat4(self.eye_m(), self.target_m, Vec3::Z)
+        // a shift of the finished picture: the perspective stays that of the middle
+        let aside = Mat4::from_translation(Vec3::X * self.aside_ndc);
+        aside * projection * rh::view::look_at_mat4(self.eye_m(), self.target_m, Vec3::Z)
     }
 
     /// The ray through a point of the picture: where it starts (the camera, m) and its direction of length one.
@@ -93,7 +98,7 @@ impl Camera {
         let right = forwards.cross(Vec3::Z).normalize();
         let up = right.cross(forwards);
         let half = self.half_height(aspect);
-        let direction = forwards + right * (ndc.x * half * aspect) + up * (ndc.y * half);
+        let direction = forwards + right * ((ndc.x - self.aside_ndc) * half * aspect) + up * (ndc.y * half);
         (self.eye_m(), direction.normalize())
     }
 

@@ -52,6 +52,8 @@ const COLOURS: [[f32; 3]; 8] = [
     [0.50, 0.50, 0.50],
 ];
 
+/// Largest share of the window's width beside which a pot is shown.
+const COVERS_MAX: f32 = 0.6;
 /// Time between two requests: a slider that is dragged asks for where it is, not for everywhere it was.
 const ASK_EVERY: Duration = Duration::from_millis(150);
 /// Time after which the answer to a request has surely come.
@@ -151,6 +153,8 @@ impl App {
             device: held.name.to_owned(),
             notice: None,
             shows_help: false,
+            is_open: None,
+            covers: 0.0,
         };
         drop(view);
         let settings = Settings::of(&panel);
@@ -266,6 +270,7 @@ impl App {
                     monitor.recentre();
                 }
             }
+            Key::Character("p" | "P") => self.panel.fold(),
             Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
             _ => {}
         }
@@ -444,6 +449,8 @@ impl App {
             textures: output.textures_delta,
             pixels_per_point: output.pixels_per_point,
         };
+        // in the middle of what the panel leaves free, unless that is too little for a pot
+        self.camera.aside_ndc = if self.panel.covers < COVERS_MAX { self.panel.covers } else { 0.0 };
         let scene =
             Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, rack: &rack, ..Scene::default() };
         stage.draw(&scene, shapes)?;

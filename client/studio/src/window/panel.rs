@@ -61,15 +61,29 @@ pub(super) struct PanelState {
     /// A sentence that the person must see.
     pub(super) notice: Option<String>,
     pub(super) shows_help: bool,
+    /// Whether the controls lie open; as the window's width allows until somebody says.
+    pub(super) is_open: Option<bool>,
+    /// Share of the window's width that they cover, from its left edge.
+    pub(super) covers: f32,
 }
 
+impl PanelState {
+    /// Folds the controls away, or opens them.
+    pub(super) fn fold(&mut self) {
+        self.is_open = Some(self.covers == 0.0);
+    }
+}
+
+/// Width of the controls, and that of a window in which they leave the pot room enough to be open at first, points.
+const WIDTH: f32 = 250.0;
+const WINDOW_OPEN: f32 = 720.0;
 /// Ranges of the controls.
 pub(super) const RPM_MAX: f32 = 300.0;
 pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetness::WETTEST.liquidity_index());
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 15] = [
+const KEYS: [(&str, &str); 16] = [
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
     ("right button", "turn the view"),
@@ -84,6 +98,7 @@ const KEYS: [(&str, &str); 15] = [
     ("C", "a device's middle is here"),
     ("R", "view as at first"),
     ("Ctrl + S, Ctrl + E", "save the pot, export it"),
+    ("P", "fold the panel, open it"),
     ("H, Esc", "these keys, leave"),
 ];
 
@@ -99,10 +114,22 @@ pub(super) fn show(
     invitation: Option<&Invitation>,
     files: &mut Files,
 ) {
-    egui::Window::new("studio").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]).show(
-        context,
-        |ui| {
-            ui.set_width(250.0);
+    let window = context.content_rect();
+    let is_open = state.is_open.unwrap_or(window.width() >= WINDOW_OPEN);
+    let panel = egui::Window::new("studio").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]);
+    let shown = panel.show(context, |ui| {
+        if !is_open {
+            if ui.button("Panel (P)").clicked() {
+                state.is_open = Some(true);
+            }
+            return;
+        }
+        if ui.small_button("fold (P)").clicked() {
+            state.is_open = Some(false);
+        }
+        // above the line of figures at the foot of the window
+        egui::ScrollArea::vertical().max_height(window.height() - 90.0).show(ui, |ui| {
+            ui.set_width(WIDTH);
             if let Some(invitation) = invitation {
                 ui.label(RichText::new("Others join with").small());
                 ui.label(RichText::new(format!("address  {}", invitation.address)).monospace());
@@ -121,7 +148,7 @@ pub(super) fn show(
             ui.separator();
             let bar =
                 egui::ProgressBar::new((state.force_n / 3.3).clamp(0.0, 1.0)).text(format!("{:.2} N", state.force_n));
-            ui.add(bar.desired_width(250.0));
+            ui.add(bar.desired_width(WIDTH));
             let touch = if state.is_touching { "touching the clay" } else { "not touching" };
             ui.label(format!("{touch}; pushed in {:.1} mm", state.pushed_mm.max(0.0)));
             ui.separator();
@@ -131,8 +158,10 @@ pub(super) fn show(
                 let doing = if person.touching { ", touching" } else { "" };
                 ui.colored_label(colour_of(person.colour), format!("{}{doing}", person.name));
             }
-        },
-    );
+        });
+    });
+    let right = shown.filter(|_| is_open).map_or(0.0, |shown| shown.response.rect.right());
+    state.covers = (right / window.width().max(1.0)).clamp(0.0, 1.0);
     egui::Area::new(egui::Id::unique("status")).anchor(Align2::LEFT_BOTTOM, [14.0, -10.0]).show(context, |ui| {
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         ui.label(
