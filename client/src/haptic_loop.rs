@@ -1,10 +1,10 @@
 //! One tick of the hand, and the real-time thread that makes 1000 of them a second.
 //!
-//! The tick takes no lock, allocates nothing and never panics; deadlines are absolute, a missed one is counted and never
-//! made up for. Knows no network: clay comes and samples go over the boundary.
+//! The tick takes no lock, allocates nothing and never panics; when it is due is `pacing`'s. Knows no network: clay comes
+//! and samples go over the boundary.
 //! Invariant: on any fault the force is zero within the tick.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -16,14 +16,10 @@ use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::HandSide;
 use crate::device::Device;
+use crate::pacing::{Pacing, wait_until};
 
-/// Length of a tick.
-const PERIOD: Duration = Duration::from_millis(1);
-/// Part of the wait that is spun, since sleep wakes up late by about this much: by its timer slack of 50 µs and the
-/// scheduler's own time, or by the latter alone where the slack can be had away.
-const SPIN: Duration = Duration::from_micros(if cfg!(target_os = "linux") { 60 } else { 120 });
-/// A tick that begins later than this after its deadline is late.
-const LATE: Duration = Duration::from_micros(200);
+/// Longest time that the histograms tell apart, ns: a second.
+const NS_MAX: u64 = 1_000_000_000;
 /// Own samples replayed on a patch in one tick, besides the tick's own.
 const CATCH_UP_BUDGET: usize = 4;
 
@@ -58,9 +54,9 @@ struct Felt {
 pub struct HapticReport {
     /// Ticks done.
     pub ticks: u64,
-    /// Ticks that began more than 200 µs after their deadline.
+    /// Ticks that began more than [`Pacing::LATE`] after their deadline.
     pub late_ticks: u64,
-    /// Deadlines passed over since a tick began more than a period late.
+    /// Deadlines that went by while a tick was still at work.
     pub missed_ticks: u64,
     /// Samples lost because the ring was full.
     pub lost_samples: u64,
@@ -167,61 +163,44 @@ impl HapticLoop {
     /// Ticks until the network's side is gone; local tick n is due n milliseconds after `epoch`.
     #[must_use]
     pub fn run(mut self, epoch: Instant) -> HapticReport {
-        let mut period_ns = histogram(1_000_000_000);
-        let mut step_ns = histogram(1_000_000_000);
-        let mut missed_ticks = 0;
-        let mut previous: Option<Instant> = None;
-        sharpen_timers();
-        let mut local = ticks_since(epoch) + 1;
+        let mut measured = Measured { period_ns: histogram(NS_MAX), step_ns: histogram(NS_MAX), previous: None };
+        let mut pacing = Pacing::after(epoch.elapsed());
         while !self.side.samples.is_abandoned() {
-            let deadline = epoch + PERIOD * u32::try_from(local).unwrap_or(u32::MAX);
-            wait_until(deadline);
-            let begin = Instant::now();
-            if begin.saturating_duration_since(deadline) > LATE {
-                self.side.status.note_late();
-            }
-            if let Some(previous) = previous.replace(begin) {
-                period_ns.saturating_record(begin.saturating_duration_since(previous).as_nanos() as u64);
-            }
-            self.tick(local);
-            step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
-            let due = ticks_since(epoch);
-            missed_ticks += due.saturating_sub(local);
-            local = due.max(local) + 1;
+            self.keep(epoch, &mut pacing, &mut measured);
         }
         self.device.close();
         HapticReport {
             ticks: self.side.status.ticks(),
             late_ticks: self.side.status.late_ticks(),
-            missed_ticks,
+            missed_ticks: pacing.missed(),
             lost_samples: self.side.status.lost_samples(),
-            period_ns,
-            step_ns,
+            period_ns: measured.period_ns,
+            step_ns: measured.step_ns,
             force_mn: self.force_mn,
         }
     }
-}
 
-/// Has this thread woken up when it asks to be, and not up to 50 µs later together with others.
-fn sharpen_timers() {
-    #[cfg(target_os = "linux")]
-    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
-        tracing::debug!(%error, "the timer slack stays as it is");
+    /// Waits for the next deadline and keeps it.
+    fn keep(&mut self, epoch: Instant, pacing: &mut Pacing, measured: &mut Measured) {
+        wait_until(epoch + pacing.deadline());
+        let begin = Instant::now();
+        if pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
+            self.side.status.note_late();
+        }
+        if let Some(previous) = measured.previous.replace(begin) {
+            let period = begin.saturating_duration_since(previous);
+            measured.period_ns.saturating_record(period.as_nanos() as u64);
+        }
+        self.tick(pacing.local());
+        measured.step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
+        pacing.done(epoch.elapsed());
     }
 }
 
-/// Whole local ticks that have passed.
-pub(crate) fn ticks_since(epoch: Instant) -> u64 {
-    epoch.elapsed().as_millis() as u64
-}
-
-/// Sleeps for most of the wait and spins for the rest.
-fn wait_until(deadline: Instant) {
-    let left = deadline.saturating_duration_since(Instant::now());
-    if left > SPIN {
-        std::thread::sleep(left - SPIN);
-    }
-    while Instant::now() < deadline {
-        std::hint::spin_loop();
-    }
+/// What is measured as the ticks go by.
+struct Measured {
+    period_ns: Histogram<u64>,
+    step_ns: Histogram<u64>,
+    /// When the last tick began.
+    previous: Option<Instant>,
 }

@@ -5,10 +5,12 @@
 //! Invariant: nothing that waits, locks or allocates stands on the 1 kHz side of [`boundary`].
 
 pub mod boundary;
+mod claim;
 mod connection;
 pub mod device;
 pub mod export;
 mod haptic_loop;
+mod pacing;
 pub mod pot_file;
 mod potter;
 pub mod render;
@@ -19,8 +21,10 @@ pub mod view;
 pub mod whole_file;
 mod worker;
 
+pub use claim::{Claim, Core, CoreError, Granted, Priority};
 pub use connection::{JoinError, Target};
 pub use haptic_loop::{HapticLoop, HapticReport};
+pub use pacing::Pacing;
 pub use potter::{Potter, PotterOptions, PotterReport, Seat};
 pub use transport::{client_config, endpoint};
 pub use worker::{Command, NetworkReport, Worker};

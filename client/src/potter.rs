@@ -11,8 +11,10 @@ use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 
 use crate::boundary::{HandSide, Status, boundary};
+use crate::claim::{Claim, Granted};
 use crate::connection::{self, JoinError, Target};
 use crate::device::Device;
+use crate::pacing::whole_ticks;
 use crate::view::{SharedView, View};
 use crate::worker::Worker;
 use crate::{Command, HapticLoop, HapticReport, NetworkReport};
@@ -22,6 +24,8 @@ use crate::{Command, HapticLoop, HapticReport, NetworkReport};
 pub struct PotterOptions {
     /// Whether to record the own stroke.
     pub record: bool,
+    /// What the hand's thread asks of the system.
+    pub claim: Claim,
 }
 
 /// What a potter's stay gave.
@@ -29,6 +33,8 @@ pub struct PotterOptions {
 pub struct PotterReport {
     /// From the 1 kHz thread; `None` when it could not end well.
     pub haptic: Option<HapticReport>,
+    /// What the system granted that thread.
+    pub granted: Granted,
     /// From the worker.
     pub network: NetworkReport,
     /// What was to be seen at the end.
@@ -79,6 +85,7 @@ pub struct Potter {
     commands: mpsc::Sender<Command>,
     epoch: Instant,
     hand: Option<JoinHandle<HapticReport>>,
+    granted: Granted,
     worker: tokio::task::JoinHandle<NetworkReport>,
 }
 
@@ -95,12 +102,20 @@ impl Potter {
     ) -> Result<Self, JoinError> {
         let Seat { view, status, commands, epoch, worker, hand } = Seat::take(endpoint, target, options).await?;
         let epoch = epoch.into_std();
+        let no_thread =
+            |reason: &dyn std::fmt::Display| JoinError::Network { reason: format!("no thread for the hand: {reason}") };
+        let (told, granted) = tokio::sync::oneshot::channel();
         let hand = std::thread::Builder::new()
             .name("haptic".into())
-            .spawn(move || HapticLoop::new(device, hand).run(epoch))
-            .map_err(|error| JoinError::Network { reason: format!("no thread for the hand: {error}") })?;
+            .spawn(move || {
+                // whoever does not wait for the answer any more has no potter either
+                drop(told.send(options.claim.stake()));
+                HapticLoop::new(device, hand).run(epoch)
+            })
+            .map_err(|error| no_thread(&error))?;
+        let granted = granted.await.map_err(|error| no_thread(&error))?;
         let worker = tokio::spawn(worker.run());
-        Ok(Self { view, status, commands, epoch, hand: Some(hand), worker })
+        Ok(Self { view, status, commands, epoch, hand: Some(hand), granted, worker })
     }
 
     /// What there is to see.
@@ -115,10 +130,16 @@ impl Potter {
         &self.status
     }
 
+    /// What the system granted the hand's thread.
+    #[must_use]
+    pub const fn granted(&self) -> &Granted {
+        &self.granted
+    }
+
     /// The tick that the hand stamps now.
     #[must_use]
     pub fn tick(&self) -> Tick {
-        let local = crate::haptic_loop::ticks_since(self.epoch);
+        let local = whole_ticks(self.epoch.elapsed());
         Tick(0).offset(local as i64 + self.status.tick_offset())
     }
 
@@ -156,6 +177,6 @@ impl Potter {
         let hand = self.hand.take();
         let haptic = tokio::task::spawn_blocking(move || hand.and_then(|hand| hand.join().ok())).await.ok().flatten();
         let view = self.view.lock().clone();
-        Ok(PotterReport { haptic, network, view })
+        Ok(PotterReport { haptic, granted: self.granted, network, view })
     }
 }

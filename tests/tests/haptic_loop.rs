@@ -3,8 +3,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -20,44 +18,10 @@ use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics, Setup, Stages};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample, rack};
 use pottery_shared::units::{Rpm, Tick};
-
-/// Counts what a thread asks of the allocator.
-struct Counting;
-
-thread_local! {
-    static REQUESTS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: hands everything on to the system's allocator as it is; the counter is a plain cell that allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.set(REQUESTS.get() + 1);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        REQUESTS.set(REQUESTS.get() + 1);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.realloc(memory, layout, new_size) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        REQUESTS.set(REQUESTS.get() + 1);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
+use pottery_tests::allocations::{Counting, requests};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
-
-/// How often `work` asked the allocator for memory or gave it back.
-fn requests(work: impl FnOnce()) -> u64 {
-    let before = REQUESTS.get();
-    work();
-    REQUESTS.get() - before
-}
 
 /// What the test puts in the hand and what the hand feels.
 #[derive(Debug, Default)]
@@ -531,9 +495,16 @@ fn body<'a>(source: &'a [String], path: &str, function: &str) -> &'a [String] {
 }
 
 /// What a tick goes through, file by file.
-const TICK_PATH: [(&str, &[&str]); 11] = [
-    ("client/src/haptic_loop.rs", &["tick", "press", "catch_up"]),
-    ("client/src/boundary.rs", &["note_tick", "note_lost_sample", "is_lifted", "tick_offset", "note_tool"]),
+const TICK_PATH: [(&str, &[&str]); 15] = [
+    ("client/src/haptic_loop.rs", &["keep", "tick", "press", "catch_up"]),
+    ("client/src/pacing.rs", &["local", "deadline", "lateness", "done", "whole_ticks"]),
+    (
+        "client/src/boundary.rs",
+        &["note_tick", "note_lost_sample", "is_lifted", "tick_offset", "note_tool", "note_late"],
+    ),
+    ("client/src/device/driven.rs", &["position", "velocity", "buttons", "tool", "orientation", "set_force"]),
+    ("client/src/device/pointer.rs", &["asked", "position", "tool", "orientation", "set_force"]),
+    ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
     (
         "shared/src/prediction/hand.rs",
         &["press", "catch_up", "side", "stopped_at_clay", "ground", "is_corrected_since"],
@@ -548,17 +519,30 @@ const TICK_PATH: [(&str, &[&str]); 11] = [
     ("shared/src/haptics/ease.rs", &["blend", "ease", "forget"]),
 ];
 
-/// What waits, allocates, or may end a thread that must not end.
-const FORBIDDEN: [&str; 24] = [
+/// What waits, allocates, asks the system for something, or may end a thread that must not end.
+const FORBIDDEN: [&str; 37] = [
     "Mutex",
     "RwLock",
     ".lock(",
     ".wait(",
+    ".recv(",
+    ".join(",
+    "yield_now",
+    "park",
+    "spawn",
     "sleep",
+    "std::io",
+    "std::fs",
+    "std::net",
+    "std::process",
+    "std::env",
+    "rustix",
+    "SystemTime",
     "println!",
     "eprintln!",
     "print!",
     "tracing::",
+    "log::",
     "format!",
     "Vec::",
     "vec!",
@@ -591,4 +575,16 @@ fn tick_names_nothing_that_waits_or_allocates() {
         }
     }
     assert!(broken.is_empty(), "{broken:#?}");
+}
+
+#[test]
+fn the_thread_asks_the_system_for_sleep_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = std::fs::read_to_string(root.join("client/src/pacing.rs")).unwrap();
+    let source: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned()).collect();
+    let wait = body(&source, "client/src/pacing.rs", "wait_until");
+    let named = |word: &str| wait.iter().filter(|line| line.contains(word)).count();
+    assert_eq!(named("std::thread::sleep(left - SPIN)"), 1);
+    let broken: Vec<_> = FORBIDDEN.iter().filter(|word| named(word) > usize::from(**word == "sleep")).collect();
+    assert!(broken.is_empty(), "{broken:?}");
 }

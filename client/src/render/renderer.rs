@@ -5,6 +5,7 @@
 //! Invariant: only the rectangles handed to `upload` travel to the device.
 
 use pottery_shared::clay::{GridShape, Pot, Skin, Window};
+use pottery_shared::snapshot::Touched;
 
 use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
@@ -124,6 +125,15 @@ impl PotRenderer {
     pub fn upload(&mut self, pot: &Pot, surface: usize, window: Window) {
         self.grids[surface].upload(&self.queue, &pot.surfaces()[surface], window);
         self.note_heights(pot);
+    }
+
+    /// Sends every tile in which `pot` changed.
+    pub fn upload_changed(&mut self, pot: &Pot, changed: &Touched) {
+        for surface in 0..pot.surfaces().len() {
+            for rectangle in changed.rectangles(surface) {
+                self.upload(pot, surface, rectangle);
+            }
+        }
     }
 
     /// Sends all radii to the device.

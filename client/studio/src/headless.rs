@@ -16,7 +16,7 @@ use pottery_client::render::{self, Gpu, Scene};
 use pottery_client::stroke::Stroke;
 use pottery_client::view::Link;
 use pottery_client::whole_file::write_whole;
-use pottery_client::{Command, Potter, PotterOptions, PotterReport, export};
+use pottery_client::{Claim, Command, Potter, PotterOptions, PotterReport, export};
 use pottery_shared::clay::Pot;
 use pottery_shared::tool::ConvexTool;
 use pottery_shared::units::Tick;
@@ -37,11 +37,11 @@ const PICTURE: (u32, u32) = (1280, 960);
 pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     fs::create_dir_all(&session.out)
         .with_context(|| format!("the folder {} cannot be made; choose another with --out", session.out.display()))?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    if session.strokes.len() > POTTERS_PER_CORE * cores {
+    if session.strokes.len() > POTTERS_PER_CORE * cores() {
         eprintln!(
-            "pottery-studio: {} hands at 1 kHz are more than {cores} cores can serve in time; the figures will show it",
-            session.strokes.len()
+            "pottery-studio: {} hands at 1 kHz are more than {} cores can serve in time; the figures will show it",
+            session.strokes.len(),
+            cores()
         );
     }
     let studio = Studio::open(session.server.clone())?;
@@ -82,7 +82,9 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
             (_, HandKind::Scripted) => Box::new(ScriptedDevice::new(stroke.clone())),
             (_, HandKind::Simulated) => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
         };
-        let options = PotterOptions { record: number == 0 && session.record.is_some() };
+        // hands that outnumber the cores would keep everything else from them
+        let claim = Claim { is_raised: session.strokes.len() < cores(), core: session.core.filter(|_| number == 0) };
+        let options = PotterOptions { record: number == 0 && session.record.is_some(), claim };
         let potter = Potter::join(&endpoint, &target, device, options).await?;
         if let Some(tool) = session.brought.as_ref().filter(|_| number == 0) {
             bring(&potter, Arc::clone(tool)).await?;
@@ -109,6 +111,10 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
         endpoint.wait_idle().await;
     }
     Ok(reports)
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Takes a device in hand and says once whether it is there.

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod conversion;
+mod haptics;
 mod headless;
 mod hosting;
 mod record;
@@ -49,6 +50,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
             }
             Ok(())
         }
+        Mode::Haptics(claim) => haptics::tell(claim),
+        Mode::Bench(bench) => haptics::run(&bench),
         Mode::Window(session) => match window::run(&session)? {
             window::Ended::ByPerson => Ok(()),
             window::Ended::NoDisplay(reason) => {

@@ -39,6 +39,8 @@ struct Clay {
 
 #[derive(Debug, Serialize)]
 struct Haptic {
+    /// What the system granted the first hand's thread.
+    priority: String,
     ticks: u64,
     late_ticks: u64,
     missed_ticks: u64,
@@ -156,6 +158,7 @@ impl SessionReport {
             potters: reports.len(),
             clay: clay(reports[0].view.conditions.material.at(Tick(server.ticks))),
             haptic: Haptic {
+                priority: reports[0].granted.to_string(),
                 ticks: haptic().map(|part| part.ticks).sum(),
                 late_ticks: haptic().map(|part| part.late_ticks).sum(),
                 missed_ticks: haptic().map(|part| part.missed_ticks).sum(),
@@ -204,7 +207,7 @@ impl SessionReport {
 
     /// A short summary for people.
     pub(crate) fn summary(&self) -> String {
-        let Haptic { ticks, late_ticks, period_us, step_us, force_n, .. } = &self.haptic;
+        let Haptic { priority, ticks, late_ticks, period_us, step_us, force_n, .. } = &self.haptic;
         let network = &self.network;
         let error = &self.prediction_error_mm;
         let clay = &self.clay;
@@ -217,6 +220,7 @@ impl SessionReport {
              clay       wetness {:.2}: yields at {:.1} kPa, E {:.2} MPa, gives way in {:.0} ms\n\
              hand       {ticks} ticks, {:.2} % late; period p50 {:.0} µs, p99 {:.0} µs; \
              a tick's work p50 {:.0} µs, p99 {:.0} µs\n\
+             thread     {priority}\n\
              force      p50 {:.2} N, max {:.2} N\n\
              network    down {:.1} kB/s, up {:.1} kB/s a client; round trip p50 {:.2} ms\n\
              prediction p50 {:.4} mm, p99 {:.4} mm, max {:.4} mm off under own tools\n\

@@ -12,10 +12,12 @@ mod stage;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::Context;
 use pottery_client::device::{OpenedDevice, pointer};
-use pottery_client::{Potter, PotterOptions};
+use pottery_client::render::Gpu;
+use pottery_client::{Claim, Potter, PotterOptions, Priority};
 use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WindowSession};
@@ -25,6 +27,16 @@ use app::{App, Held};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
 use panel::Invitation;
+
+/// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
+pub(crate) fn frame(gpu: &Gpu) -> Duration {
+    Duration::from_millis(if gpu.is_software() { 50 } else { 16 })
+}
+
+/// Samples a pixel.
+pub(crate) fn samples(gpu: &Gpu) -> u32 {
+    if gpu.is_software() { 1 } else { 4 }
+}
 
 /// How a session in a window ended.
 #[derive(Debug)]
@@ -65,9 +77,13 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         session.device.open(mouse, &session.stroke).context("no thread for the device")?;
     let potter = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
-        let options = PotterOptions { record: session.record.is_some() };
+        let claim = Claim { is_raised: true, core: session.core };
+        let options = PotterOptions { record: session.record.is_some(), claim };
         Potter::join(&endpoint, &target, device, options).await
     })?;
+    if let Priority::Refused { .. } = potter.granted().priority {
+        println!("note: the hand's thread has {}", potter.granted());
+    }
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     runtime.spawn(async move {

@@ -27,9 +27,6 @@ use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, WETNESS};
 use super::stage::{PanelShapes, Stage};
 use crate::tool_choice::ToolChoice;
 
-/// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
-const FRAME: Duration = Duration::from_millis(16);
-const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
 /// Time between pictures when nothing moves: the figures in the panel.
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// A push by one step of the mouse wheel or one key, m.
@@ -151,6 +148,7 @@ impl App {
             frames_per_s: 0.0,
             adapter: String::new(),
             device: held.name.to_owned(),
+            priority: potter.granted().priority.in_short(),
             notice: None,
             shows_help: false,
             is_open: None,
@@ -545,7 +543,7 @@ impl ApplicationHandler for App {
             event_loop.exit();
         }
         let Some(stage) = &self.stage else { return };
-        let frame = if stage.gpu().is_software() { FRAME_SOFTWARE } else { FRAME };
+        let frame = super::frame(stage.gpu());
         let since = self.last_frame.elapsed();
         let due = if self.is_moving() { frame } else { FRAME_IDLE };
         if since >= due {

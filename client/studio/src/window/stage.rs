@@ -48,8 +48,7 @@ impl Stage {
         configuration.present_mode = wgpu::PresentMode::AutoVsync;
         configuration.desired_maximum_frame_latency = 1;
         surface.configure(gpu.device(), &configuration);
-        let samples = if gpu.is_software() { 1 } else { 4 };
-        let renderer = PotRenderer::new(&gpu, configuration.format, samples, pot);
+        let renderer = PotRenderer::new(&gpu, configuration.format, super::samples(&gpu), pot);
         let panel = egui_wgpu::Renderer::new(gpu.device(), configuration.format, egui_wgpu::RendererOptions::default());
         Ok(Self { window, instance, surface, configuration, gpu, pot: renderer, panel })
     }
@@ -73,11 +72,7 @@ impl Stage {
 
     /// Sends the clay that changed to the device.
     pub(super) fn upload(&mut self, pot: &Pot, changed: &Touched) {
-        for surface in 0..pot.surfaces().len() {
-            for rectangle in changed.rectangles(surface) {
-                self.pot.upload(pot, surface, rectangle);
-            }
-        }
+        self.pot.upload_changed(pot, changed);
     }
 
     /// Draws one picture; what cannot be drawn now is drawn next time.
