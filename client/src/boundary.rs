@@ -21,6 +21,8 @@ pub struct Status {
     tick_offset: AtomicI64,
     /// The tool is to be lifted; written by the owner.
     lifted: AtomicBool,
+    /// The person wants no force; written by the owner.
+    force_off: AtomicBool,
     /// Force on the hand, N, as bits; written by the 1 kHz thread, as all that follows.
     force_n: AtomicU32,
     elements: AtomicU32,
@@ -50,6 +52,17 @@ impl Status {
     /// Lifts the tool off the clay, or lets it down again.
     pub fn lift(&self, lifted: bool) {
         self.lifted.store(lifted, Ordering::Relaxed);
+    }
+
+    /// Takes the force away from the next tick on, or gives it back; the tool stays in the hand either way.
+    pub fn switch_force_off(&self, off: bool) {
+        self.force_off.store(off, Ordering::Relaxed);
+    }
+
+    /// Whether the person wants no force.
+    #[must_use]
+    pub fn is_force_off(&self) -> bool {
+        self.force_off.load(Ordering::Relaxed)
     }
 
     pub(crate) fn note_tick(&self, force_n: f32, elements: u32, fault: Option<Fault>) {

@@ -118,6 +118,10 @@ impl HapticLoop {
                 self.felt = Felt::default();
             }
         }
+        if self.side.status.is_force_off() {
+            self.haptics.withhold();
+            self.felt.force_n = Vec3::ZERO;
+        }
         self.device.set_force(self.felt.force_n);
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
         let newtons = self.felt.force_n.length();

@@ -260,15 +260,21 @@ impl Haptics {
         self.filtered_n
     }
 
+    /// Notes that the force was not given, since the person wants none: the proxy goes on working the clay, and the force comes back
+    /// by the ramp.
+    pub fn withhold(&mut self) {
+        self.passivity.forget();
+        self.correction.forget();
+        self.ramp.forget();
+        self.filtered_n = Vec3::ZERO;
+    }
+
     /// Lets go of everything, since there is no tool or a fault.
     pub fn rest(&mut self) {
         self.device = Motion::default();
         self.followed.forget();
         self.proxy.forget();
-        self.passivity.forget();
-        self.correction.forget();
-        self.ramp.forget();
-        self.filtered_n = Vec3::ZERO;
+        self.withhold();
     }
 }
 

@@ -418,6 +418,31 @@ fn lifted_tool_feels_nothing() {
 }
 
 #[test]
+fn switched_off_the_force_is_gone_at_the_next_tick_and_comes_back_by_the_ramp() {
+    let mut bench = Bench::with_stages(DeviceSpecs::OMNI, MethodKind::Plastic, Stages::WHOLE);
+    let before_n = (0..400).map(|tick| bench.tick(Some(pressing(tick)))).last().unwrap().length();
+    assert!(before_n > 1.0, "{before_n} N");
+    while bench.net.next_sample().is_some() {}
+    bench.net.status().switch_force_off(true);
+    for tick in 400..700 {
+        assert_eq!(bench.tick(Some(pressing(tick))), Vec3::ZERO, "tick {tick}");
+        // the tool stays in the clay, and everybody sees it
+        assert!(bench.fault().is_none() && bench.net.status().elements() > 0, "tick {tick}");
+        assert!(bench.net.next_sample().is_some() && bench.net.status().tool_m().is_some(), "tick {tick}");
+        assert!(bench.net.status().is_force_off() && bench.net.status().force_n() == 0.0);
+    }
+    bench.net.status().switch_force_off(false);
+    let mut given = Vec3::ZERO;
+    for tick in 700..1100 {
+        let force = bench.tick(Some(pressing(tick)));
+        // 100 N/s, and what an `f32` of some newtons rounds
+        assert!((force - given).length() <= 0.1 + 1e-5, "tick {tick}: {force} N after {given} N");
+        given = force;
+    }
+    assert!(given.length() > 0.5 * before_n, "{given} N, {before_n} N before");
+}
+
+#[test]
 fn too_large_a_force_is_shortened_and_keeps_its_direction() {
     let weak = DeviceSpecs { peak_force_n: 0.3, ..STRONG };
     let (mut strong, mut limited) = (Bench::new(STRONG, MethodKind::Improved), Bench::new(weak, MethodKind::Improved));
@@ -500,7 +525,7 @@ const TICK_PATH: [(&str, &[&str]); 15] = [
     ("client/src/pacing.rs", &["local", "deadline", "lateness", "done", "whole_ticks"]),
     (
         "client/src/boundary.rs",
-        &["note_tick", "note_lost_sample", "is_lifted", "tick_offset", "note_tool", "note_late"],
+        &["note_tick", "note_lost_sample", "is_lifted", "tick_offset", "note_tool", "note_late", "is_force_off"],
     ),
     ("client/src/device/driven.rs", &["position", "velocity", "buttons", "tool", "orientation", "set_force"]),
     ("client/src/device/pointer.rs", &["asked", "position", "tool", "orientation", "set_force"]),
@@ -511,7 +536,7 @@ const TICK_PATH: [(&str, &[&str]); 15] = [
     ),
     ("shared/src/prediction/ground.rs", &["free_share", "touches", "element_m2", "differs", "rows_beside"]),
     ("shared/src/prediction/field.rs", &["press", "advance", "round"]),
-    ("shared/src/haptics.rs", &["accept", "render", "coupled", "filter", "rest", "follow"]),
+    ("shared/src/haptics.rs", &["accept", "render", "coupled", "filter", "withhold", "rest", "follow"]),
     ("shared/src/haptics/gate.rs", &["check", "fail", "recover"]),
     ("shared/src/haptics/proxy.rs", &["is_free", "follow", "meet", "forget"]),
     ("shared/src/haptics/drag.rs", &["of", "slip_m"]),

@@ -53,8 +53,8 @@ const EXAMPLES: &str = "Examples:
 Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose edge faces the pot wherever they are. A
 tool file is STL or OBJ in millimetres: one closed convex solid of at most 1280 triangles; x points away from the axis.
 
-Keys in the window: left button or W/S press and lift the tool, wheel sets how deep it presses, right button drags
-the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
+Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
+wheel sets how deep it presses, right button drags the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
 X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view,
 Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
 

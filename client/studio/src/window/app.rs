@@ -142,6 +142,7 @@ impl App {
             pushed_mm: 0.0,
             force_n: 0.0,
             is_touching: false,
+            is_force_off: false,
             people: Vec::new(),
             round_trip_ms: 0.0,
             late_percent: 0.0,
@@ -274,6 +275,16 @@ impl App {
         }
     }
 
+    /// The emergency key: takes the force away whatever else is going on. Whoever types into the panel ends that with the same
+    /// key, so that it gives nothing back there.
+    fn switch_force(&mut self, is_typing: bool) {
+        if is_typing && (self.panel.is_force_off || self.held.monitor.is_none()) {
+            return;
+        }
+        self.panel.is_force_off = !self.panel.is_force_off;
+        self.potter.status().switch_force_off(self.panel.is_force_off);
+    }
+
     fn moved(&mut self, to: Vec2) {
         let by = to - self.cursor;
         self.cursor = to;
@@ -398,6 +409,7 @@ impl App {
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some("the studio has closed; what you see is how the pot was left".into()),
             (Link::Lost(reason), _) => Some(reason.clone()),
+            (Link::Open, _) if self.panel.is_force_off => Some("the force is off: Enter gives it back".into()),
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
@@ -453,6 +465,7 @@ impl App {
             Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, rack: &rack, ..Scene::default() };
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
+        self.potter.status().switch_force_off(self.panel.is_force_off);
         self.ask();
         Ok(())
     }
@@ -500,6 +513,12 @@ impl ApplicationHandler for App {
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+                if event.logical_key == Key::Named(NamedKey::Enter) {
+                    if !event.repeat {
+                        self.switch_force(is_panels);
+                    }
+                    return;
+                }
                 // what is typed into the panel is for it alone
                 if is_panels && !self.modifiers.control_key() {
                     return;

@@ -51,6 +51,8 @@ pub(super) struct PanelState {
     pub(super) pushed_mm: f32,
     pub(super) force_n: f32,
     pub(super) is_touching: bool,
+    /// The person wants no force.
+    pub(super) is_force_off: bool,
     pub(super) people: Vec<Person>,
     pub(super) round_trip_ms: f32,
     pub(super) late_percent: f32,
@@ -85,7 +87,8 @@ pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetne
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 16] = [
+const KEYS: [(&str, &str); 17] = [
+    ("Enter", "no force at once; again: force"),
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
     ("right button", "turn the view"),
@@ -151,6 +154,10 @@ pub(super) fn show(
             let bar =
                 egui::ProgressBar::new((state.force_n / 3.3).clamp(0.0, 1.0)).text(format!("{:.2} N", state.force_n));
             ui.add(bar.desired_width(WIDTH));
+            let switch = if state.is_force_off { "Give force again (Enter)" } else { "No force at once (Enter)" };
+            if ui.button(switch).clicked() {
+                state.is_force_off = !state.is_force_off;
+            }
             let touch = if state.is_touching { "touching the clay" } else { "not touching" };
             ui.label(format!("{touch}; pushed in {:.1} mm", state.pushed_mm.max(0.0)));
             ui.separator();
