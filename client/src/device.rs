@@ -25,7 +25,7 @@ use pottery_shared::tool::{Orientation, Tool};
 
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
 pub use choice::{ChoiceError, DeviceChoice, OpenedDevice, Survey, survey};
-pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, Reading, Reported, SILENCE, Watch};
+pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, Reported, SILENCE, Watch};
 pub use fault::DeviceFault;
 pub use pointer::{Pointer, PointerDevice, pointer};
 pub use scripted::ScriptedDevice;

@@ -5,13 +5,19 @@
 use std::collections::BTreeSet;
 use std::process::{Command, Output, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use pottery_client::device::{Device, DeviceChoice, inverse3, pointer};
+use pottery_client::device::{
+    Axes, Calibration, Device, DeviceChoice, DeviceFault, Driver, MIDDLE_ROOM_M, Pace, Port, Reading, Reported,
+    inverse3, pointer,
+};
 use pottery_client::stroke::Stroke;
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Haptics, Setup};
+use pottery_shared::units::Seconds;
 use pottery_tests::programs::{folder, program};
+use pottery_tests::twin::HandSession;
 use pottery_tests::twin::haply::HaplyTwin;
 
 fn stroke() -> Arc<Stroke> {
@@ -67,6 +73,63 @@ fn parameters_reach_the_device() {
         assert!((place_m.x * 2000.0 - (place_m.x * 2000.0).round()).abs() < 1e-3, "{place_m}");
     }
     assert!(steps.len() > 5, "{steps:?}");
+}
+
+#[test]
+fn a_device_with_a_driver_says_how_late_its_force_comes_and_the_coupling_is_tuned_to_it() {
+    // none of them is there, which is no matter for what it would be
+    for (choice, delay_ms) in [
+        ("gamepad:number=99", 0.0),
+        ("openhaptics:lib=/nonexistent,specs=omni", 2.0),
+        ("inverse3:address=127.0.0.1:1", 2.5),
+        ("falcon:number=99", 3.0),
+    ] {
+        let setup = opened(choice).setup(0.2);
+        assert!((setup.delay.0 * 1e3 - delay_ms).abs() < 1e-4, "{choice}: {:?}", setup.delay);
+        let (specs, coupling) = (setup.specs, Haptics::new(setup).coupling());
+        // Colgate and Schenkel with delay, for the device in a hand that damps by 1 N·s/m
+        let needed = coupling.stiffness_n_m * (0.5e-3 + setup.delay.0) + coupling.damping_ns_m;
+        assert!(specs.damping_ns_m + 1.0 > needed, "{choice}: {coupling:?}");
+        let in_no_time = Haptics::new(Setup { delay: Seconds(0.0), ..setup }).coupling();
+        assert_eq!(coupling == in_no_time, delay_ms == 0.0, "{choice}: {coupling:?}");
+    }
+}
+
+/// A device that is held in the wall until it is pulled out.
+struct Fickle(Arc<AtomicBool>);
+
+impl Driver for Fickle {
+    fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
+        port.found("fickle".into(), Reported::default());
+        let mut pace = Pace::new();
+        while !port.is_closing() {
+            if self.0.load(Ordering::Relaxed) {
+                return Err(DeviceFault::Gone { device: "fickle device", reason: "it was pulled out".into() });
+            }
+            port.publish(Reading { position_m: Vec3::new(0.069, 0.0, 0.1), velocity_m_s: None, buttons: 0 });
+            pace.wait();
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_device_that_goes_in_mid_press_has_no_force_within_two_ticks() {
+    let goes = Arc::new(AtomicBool::new(false));
+    // the device's frame is the room's
+    let calibration = Calibration::new(Axes::ZUp, MIDDLE_ROOM_M);
+    let mut session = HandSession::new(Fickle(Arc::clone(&goes)), calibration, DeviceSpecs::OMNI);
+    session.until("the clay pushes", |session| session.force_n() > 0.1);
+    goes.store(true, Ordering::Relaxed);
+    let begin = Instant::now();
+    while session.notice().is_none() {
+        assert!(begin.elapsed() < Duration::from_secs(30), "nobody noticed");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    session.tick();
+    session.tick();
+    assert_eq!((session.force_n(), session.tool_m()), (0.0, None));
+    assert!(session.notice().unwrap().contains("pulled out"));
 }
 
 #[test]

@@ -10,8 +10,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
+use pottery_shared::units::{Seconds, Tick};
 
 use super::{Calibration, Device, DeviceFault, PointerDevice};
 
@@ -22,6 +23,9 @@ pub const SILENCE: Duration = Duration::from_millis(50);
 const RETRY: Duration = Duration::from_millis(500);
 /// How long opening waits for the first reading, so that the loop knows what the device reports of itself.
 const FIRST_READING: Duration = Duration::from_secs(2);
+
+/// Longest way of a reading through the tick and of its force to the next exchange: a period of each.
+pub const ROUND: Seconds = Seconds(2.0 * Tick::PERIOD.0);
 
 /// Share of a turn that is still missing which a tick makes: a time constant of 20 ms.
 const TURN_SHARE: f32 = 0.05;
@@ -75,6 +79,15 @@ pub trait Driver: Send + 'static {
     /// # Errors
     /// A [`DeviceFault`] with a sentence for the person.
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault>;
+
+    /// Longest time from where the device is to the force that answers it, which stability has to reckon with.
+    ///
+    /// A reading waits for the next tick, and the force for the next exchange: [`ROUND`], and what the way to the device takes. Two
+    /// clocks of 1 kHz drift so slowly past each other that the worst lasts for seconds. Zero for a device whose force moves no
+    /// hand.
+    fn delay(&self) -> Seconds {
+        ROUND
+    }
 }
 
 /// What the window knows of a device, and asks of it.
@@ -261,6 +274,7 @@ pub struct DrivenDevice {
     thread: Option<JoinHandle<()>>,
     calibration: Calibration,
     specs: DeviceSpecs,
+    delay: Seconds,
     pointer: PointerDevice,
     /// The reading in use, and when the last one came, s.
     last: Option<Reading>,
@@ -285,6 +299,7 @@ impl DrivenDevice {
         let (reading_in, readings) = triple_buffer::TripleBuffer::new(&None).split();
         let (forces, force_out) = triple_buffer::TripleBuffer::new(&Vec3::ZERO).split();
         let monitor = Arc::new(Monitor::default());
+        let delay = driver.delay();
         let port = Port {
             readings: reading_in,
             forces: force_out,
@@ -306,6 +321,7 @@ impl DrivenDevice {
             thread,
             calibration,
             specs,
+            delay,
             pointer,
             last: None,
             heard_s: f64::NEG_INFINITY,
@@ -408,6 +424,11 @@ impl Device for DrivenDevice {
 
     fn specs(&self) -> DeviceSpecs {
         self.specs
+    }
+
+    /// Tuned to the time that a force takes to come.
+    fn setup(&self, share_of_small: f32) -> Setup {
+        Setup { delay: self.delay, ..Setup::for_device(self.specs, share_of_small) }
     }
 
     fn close(&mut self) {

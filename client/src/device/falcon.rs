@@ -14,8 +14,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
+use pottery_shared::units::Seconds;
 
-use super::{DeviceFault, Driver, Pace, Port, Reading, Reported, SILENCE};
+use super::{DeviceFault, Driver, Pace, Port, ROUND, Reading, Reported, SILENCE};
 pub use boot::FIRMWARE_BYTES_MAX;
 pub use bus::UsbBus;
 pub use kinematics::{MIDDLE_M, angle_rad, angles_rad, counts_at, place_m, torques_nm};
@@ -115,6 +116,11 @@ impl<B: Bus> Driver for FalconDriver<B> {
         }
         served
     }
+
+    /// The answer to an order lies in the chip's buffer for a millisecond, its shortest latency.
+    fn delay(&self) -> Seconds {
+        Seconds(ROUND.0 + 1e-3)
+    }
 }
 
 /// An opened Falcon with its firmware running.
@@ -173,11 +179,17 @@ impl Link {
 
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
         let mut pace = Pace::new();
-        let mut order = Order { motors: [0; 3], light: Light::Red, homing: true };
+        let mut is_homed = false;
         let mut said_to_home = false;
         while !port.is_closing() {
+            let order = if is_homed {
+                Order { motors: motors(self.grip_m, port.force_n()), light: Light::Green, homing: false }
+            } else {
+                Order { motors: [0; 3], light: Light::Red, homing: true }
+            };
             let answer = self.exchange(order, SILENCE)?;
-            if answer.is_homed {
+            is_homed = answer.is_homed;
+            if is_homed {
                 let angles = answer.encoders.map(angle_rad);
                 self.grip_m = place_m(angles, self.grip_m).ok_or_else(|| DeviceFault::Protocol {
                     device: DEVICE,
@@ -189,13 +201,11 @@ impl Link {
                     velocity_m_s: None,
                     buttons: u32::from(answer.buttons),
                 });
-                order = Order { motors: motors(self.grip_m, port.force_n()), light: Light::Green, homing: false };
             } else {
                 port.withdraw();
-                order = Order { motors: [0; 3], light: Light::Red, homing: true };
             }
-            if said_to_home == answer.is_homed {
-                said_to_home = !answer.is_homed;
+            if said_to_home == is_homed {
+                said_to_home = !is_homed;
                 port.notify(said_to_home.then(|| HOME_IT.to_owned()));
             }
             pace.wait();

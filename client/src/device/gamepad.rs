@@ -11,6 +11,7 @@ use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
 use glam::{Vec2, Vec3};
+use pottery_shared::units::Seconds;
 
 use super::{DeviceFault, Driver, Pace, Port, Reading, Reported};
 #[cfg(target_os = "linux")]
@@ -130,6 +131,11 @@ impl<P: Pads> Driver for GamepadDriver<P> {
             pace.wait();
         }
         pad.hum(0.0, 0.0)
+    }
+
+    /// A hum pushes no hand.
+    fn delay(&self) -> Seconds {
+        Seconds(0.0)
     }
 }
 
