@@ -7,10 +7,11 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use pottery_shared::protocol::{FrameReader, JoinCode};
-use pottery_shared::session::{Client, ClientError};
-use tokio::time::{Instant, timeout};
-use web_transport_quinn::{RecvStream, SendStream, Session};
+use pottery_shared::session::ClientError;
+use tokio::time::timeout;
+use web_transport_quinn::Session;
 
+use crate::streams::Streams;
 use crate::transport;
 
 /// A handshake that takes longer than this is not going to end.
@@ -69,14 +70,11 @@ pub enum JoinError {
     },
 }
 
-/// A connection that was welcomed.
+/// A connection whose greeting was understood.
 #[derive(Debug)]
 pub(crate) struct Joined {
     pub(crate) connection: Session,
-    pub(crate) control_out: SendStream,
-    pub(crate) control_in: RecvStream,
-    pub(crate) frames: FrameReader,
-    pub(crate) session: Client,
+    pub(crate) streams: Streams,
 }
 
 /// The port studios listen on when none is typed.
@@ -98,8 +96,13 @@ async fn resolve(target: &Target) -> Result<SocketAddr, JoinError> {
     found.next().ok_or_else(|| bad("the name leads nowhere".into()))
 }
 
-/// Connects, greets and waits for the welcome; local ticks are counted from `epoch`.
-pub(crate) async fn join(endpoint: &quinn::Endpoint, target: &Target, epoch: Instant) -> Result<Joined, JoinError> {
+/// Connects, greets and waits for the answer, of which `open` makes a session; it is told the round trip.
+pub(crate) async fn join<S>(
+    endpoint: &quinn::Endpoint,
+    target: &Target,
+    greeting: &[u8],
+    open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
+) -> Result<(Joined, S), JoinError> {
     let address = resolve(target).await?;
     let config = transport::client_config(&target.code)?;
     let connecting = endpoint
@@ -113,7 +116,7 @@ pub(crate) async fn join(endpoint: &quinn::Endpoint, target: &Target, epoch: Ins
     };
     let round_trip = connection.rtt();
     let session = Session::raw(connection);
-    match timeout(PATIENCE, greet(session.clone(), target, epoch, round_trip)).await {
+    match timeout(PATIENCE, greet(session.clone(), greeting, |answer| open(answer, round_trip))).await {
         Ok(Ok(joined)) => Ok(joined),
         Ok(Err(error)) => {
             session.close(0, b"");
@@ -131,23 +134,21 @@ enum GreetError {
     Stream(String),
 }
 
-async fn greet(
+async fn greet<S>(
     connection: Session,
-    target: &Target,
-    epoch: Instant,
-    round_trip: Duration,
-) -> Result<Joined, GreetError> {
+    greeting: &[u8],
+    open: impl FnOnce(&[u8]) -> Result<S, ClientError>,
+) -> Result<(Joined, S), GreetError> {
     let broken = |error: &dyn std::fmt::Display| GreetError::Stream(error.to_string());
     let (mut control_out, mut control_in) = connection.open_bi().await.map_err(|error| broken(&error))?;
-    let greeting = Client::greeting(target.code.room(), target.wheel, true);
-    control_out.write_all(&greeting).await.map_err(|error| broken(&error))?;
+    control_out.write_all(greeting).await.map_err(|error| broken(&error))?;
     let mut frames = FrameReader::default();
     let mut piece = [0; 4096];
     loop {
         if let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
-            let local = epoch.elapsed().as_millis() as u64;
-            let session = Client::open(&frame, local, round_trip).map_err(GreetError::Session)?;
-            return Ok(Joined { connection, control_out, control_in, frames, session });
+            let session = open(&frame).map_err(GreetError::Session)?;
+            let streams = Streams::new(&connection, control_out, control_in, frames);
+            return Ok((Joined { connection, streams }, session));
         }
         match control_in.read(&mut piece).await {
             Ok(Some(length)) => frames.push(&piece[..length]),

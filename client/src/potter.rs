@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use pottery_shared::session::Client;
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 
@@ -67,12 +68,14 @@ impl Seat {
     /// [`JoinError`] with a sentence for the person.
     pub async fn take(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Result<Self, JoinError> {
         let epoch = tokio::time::Instant::now();
-        let joined = connection::join(endpoint, target, epoch).await?;
-        let view = SharedView::new(&joined.session);
-        let (hand, net_side) = boundary(&joined.session.patch());
+        let greeting = Client::greeting(target.code.room(), target.wheel, true);
+        let open = |answer: &[u8], round_trip| Client::open(answer, epoch.elapsed().as_millis() as u64, round_trip);
+        let (joined, session) = connection::join(endpoint, target, &greeting, open).await?;
+        let view = SharedView::new(&session);
+        let (hand, net_side) = boundary(&session.patch());
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
-        let worker = Worker::new(joined, net_side, view.clone(), received, epoch, options.record);
+        let worker = Worker::new(joined, session, net_side, view.clone(), received, epoch, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use hdrhistogram::Histogram;
 use pottery_shared::clay::Material;
-use pottery_shared::protocol::{DATAGRAM_MAX, KEYFRAME_MAX, Request};
+use pottery_shared::protocol::{DATAGRAM_MAX, Request};
 use pottery_shared::session::{Client, ClientEvent, StepCounts};
 use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
@@ -18,6 +18,7 @@ use web_transport_quinn::Session;
 
 use crate::boundary::NetSide;
 use crate::connection::Joined;
+use crate::streams::{Arrival, Streams, closed_or_lost};
 use crate::stroke::StrokeRecorder;
 use crate::view::{Link, SharedView};
 
@@ -92,29 +93,18 @@ pub struct Worker {
     last_recorded: Option<ToolSample>,
 }
 
-#[derive(Debug)]
-enum Arrival {
-    Frame(Vec<u8>),
-    Keyframe(Vec<u8>),
-    StreamEnded,
-}
-
 impl Worker {
     /// Takes over a welcomed connection.
     pub(crate) fn new(
         joined: Joined,
+        session: Client,
         side: NetSide,
         view: SharedView,
         commands: mpsc::Receiver<Command>,
         epoch: Instant,
         records: bool,
     ) -> Self {
-        let Joined { connection, control_out, control_in, frames, session } = joined;
-        let (arrived, arriving) = mpsc::channel(64);
-        let (outgoing, to_write) = mpsc::channel(64);
-        tokio::spawn(streams::read_control(control_in, frames, arrived.clone()));
-        tokio::spawn(streams::read_keyframes(connection.clone(), arrived));
-        tokio::spawn(streams::write_control(control_out, to_write));
+        let Joined { connection, streams: Streams { outgoing, arriving } } = joined;
         side.status().set_tick_offset(session.tick_offset());
         let histogram = |highest| Histogram::new_with_bounds(1, highest, 3).expect("these bounds are valid");
         let report = NetworkReport {
@@ -344,75 +334,5 @@ impl Worker {
         self.report.down_bytes = stats.udp_rx.bytes;
         self.report.up_bytes = stats.udp_tx.bytes;
         self.report
-    }
-}
-
-fn closed_or_lost(error: &web_transport_quinn::SessionError) -> Link {
-    use quinn::ConnectionError as E;
-    use web_transport_quinn::{SessionError, WebTransportError};
-    match error {
-        // a goodbye carries no code
-        SessionError::WebTransportError(WebTransportError::Closed(0, _))
-        | SessionError::ConnectionError(E::ApplicationClosed(_) | E::LocallyClosed) => Link::Closed,
-        SessionError::WebTransportError(WebTransportError::Closed(_, reason)) => {
-            Link::Lost(format!("the studio has ended the connection: {reason}"))
-        }
-        SessionError::ConnectionError(E::TimedOut) => {
-            Link::Lost("the studio has not answered for 10 seconds; the connection is lost".into())
-        }
-        other => Link::Lost(format!("the connection is lost: {other}")),
-    }
-}
-
-/// The connection's streams, each read or written by a task of its own.
-mod streams {
-    use super::{Arrival, KEYFRAME_MAX, Session, mpsc};
-    use pottery_shared::protocol::FrameReader;
-    use web_transport_quinn::{RecvStream, SendStream};
-
-    pub(super) async fn read_control(mut stream: RecvStream, mut frames: FrameReader, arrived: mpsc::Sender<Arrival>) {
-        let mut piece = [0; 4096];
-        loop {
-            match frames.next_frame() {
-                Ok(Some(frame)) => {
-                    if arrived.send(Arrival::Frame(frame)).await.is_err() {
-                        return;
-                    }
-                    continue;
-                }
-                Ok(None) => {}
-                Err(error) => {
-                    tracing::warn!(%error, "the control stream makes no sense");
-                    break;
-                }
-            }
-            match stream.read(&mut piece).await {
-                Ok(Some(length)) => frames.push(&piece[..length]),
-                Ok(None) | Err(_) => break,
-            }
-        }
-        // nobody listens any more when the worker has ended first
-        drop(arrived.send(Arrival::StreamEnded).await);
-    }
-
-    pub(super) async fn read_keyframes(connection: Session, arrived: mpsc::Sender<Arrival>) {
-        while let Ok(mut stream) = connection.accept_uni().await {
-            match stream.read_to_end(KEYFRAME_MAX).await {
-                Ok(bytes) => {
-                    if arrived.send(Arrival::Keyframe(bytes)).await.is_err() {
-                        return;
-                    }
-                }
-                Err(error) => tracing::debug!(%error, "a keyframe did not arrive whole"),
-            }
-        }
-    }
-
-    pub(super) async fn write_control(mut stream: SendStream, mut to_write: mpsc::Receiver<Vec<u8>>) {
-        while let Some(frame) = to_write.recv().await {
-            if stream.write_all(&frame).await.is_err() {
-                return;
-            }
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! The room's side of a connection: bounded queues out of the tick.
 //!
 //! Never waits: what a connection cannot take at once is dropped (datagrams, keyframes) or ends it (control frames).
-//! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames and [`KEYFRAMES_MAX`] keyframes.
+//! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames and [`KEYFRAME_BYTES_MAX`] of keyframes, or
+//! one longer than that.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,8 +13,8 @@ use web_transport_quinn::Session;
 
 /// Control frames that may wait for a slow peer.
 const CONTROL_QUEUE: usize = 256;
-/// Keyframes that may be under way to one peer.
-const KEYFRAMES_MAX: usize = 2;
+/// Bytes of keyframes that may be under way to one peer: two of a pot that was worked all over, or those of a gallery.
+const KEYFRAME_BYTES_MAX: usize = 128 * 1024;
 
 /// What waits for the control stream.
 pub(crate) enum Outgoing {
@@ -47,7 +48,7 @@ impl Link {
     /// A link and the frames that are to be written to the control stream.
     pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
-        let keyframes = Arc::new(Semaphore::new(KEYFRAMES_MAX));
+        let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES_MAX));
         (Self { session, control, keyframes, dropped: AtomicU64::new(0), lost: AtomicU64::new(0) }, outgoing)
     }
 
@@ -82,7 +83,8 @@ impl Link {
 
     /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.
     pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) -> bool {
-        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_owned() else { return true };
+        let room = bytes.len().min(KEYFRAME_BYTES_MAX) as u32;
+        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_many_owned(room) else { return true };
         let session = self.session.clone();
         tokio::spawn(async move {
             let _permit = permit;

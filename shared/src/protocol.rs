@@ -16,8 +16,9 @@ mod steps;
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
-    Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoTool, Notice, PotWire, Pulse,
-    PulseHead, Refusal, Request, Retelling, Run, ShapeWire, ToolWire, Welcome, WheelWire,
+    Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoTool, Notice,
+    PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, ToolWire, Welcome,
+    WheelWire,
 };
 pub use steps::Steps;
 
@@ -26,7 +27,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 6;
+pub const VERSION: u16 = 7;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

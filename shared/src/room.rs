@@ -3,18 +3,25 @@
 //! Sans-IO: the shell passes in frames, datagrams and ticks, and sends what [`Room::poll_transmit`] returns.
 //! Invariant: clay of a tick that was committed is never changed for an earlier one.
 
+mod audience;
 mod bench;
+mod pieces;
+mod view;
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::clay::{Material, Method, MethodKind, Pot, PotError, PotSpec};
-use crate::protocol::{Notice, Refusal, Request};
+use crate::protocol::{self, Notice, Refusal, Request, Role};
 use crate::session::{Peer, PeerError, Refusals};
-use crate::snapshot::PotRecord;
+use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
+use audience::Audience;
 use bench::Bench;
+
+/// What is to be sent, in order.
+type Outbox = VecDeque<Transmit>;
 
 /// The shell's own number for a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,10 +96,11 @@ pub struct Room {
     benches: Vec<Bench>,
     /// At which wheel a peer that was let in works.
     places: BTreeMap<PeerId, usize>,
+    audience: Audience,
     next_client: u16,
     /// The next tick to be done.
     now: Tick,
-    outbox: VecDeque<Transmit>,
+    outbox: Outbox,
     counts: RoomCounts,
 }
 
@@ -124,6 +132,7 @@ impl Room {
             config,
             benches,
             places: BTreeMap::new(),
+            audience: Audience::default(),
             next_client: 1,
             now: Tick(0),
             outbox: VecDeque::new(),
@@ -137,16 +146,17 @@ impl Room {
         self.now
     }
 
-    /// People who are in.
+    /// People who are in, those who look on included.
     #[must_use]
     pub fn people(&self) -> usize {
-        self.places.len()
+        self.places.len() + self.audience.len()
     }
 
     /// What was counted so far.
     #[must_use]
     pub fn counts(&self) -> RoomCounts {
         let mut counts = self.counts;
+        counts.refusals.requests += self.audience.refused();
         for bench in &self.benches {
             counts.refusals.add(&bench.refusals());
         }
@@ -176,6 +186,7 @@ impl Room {
     /// What cannot be answered ends with [`Lane::Close`].
     pub fn handle_control(&mut self, peer: PeerId, frame: &[u8]) {
         let outcome = match self.places.get(&peer) {
+            None if self.audience.holds(peer) => self.answer_viewer(peer, frame),
             None => self.let_in(peer, frame),
             Some(&place) => self.answer(peer, place, frame),
         };
@@ -194,18 +205,49 @@ impl Room {
         if hello.code != self.config.code {
             return Err(Refusal::Code.into());
         }
+        if self.people() >= usize::from(self.config.people_max) {
+            return Err(Refusal::Full { people: self.config.people_max }.into());
+        }
+        let retells = match hello.role {
+            Role::Works { retells } => retells,
+            Role::Watches { bytes_per_s } => {
+                self.seat_viewer(peer, bytes_per_s);
+                return Ok(());
+            }
+        };
         let place = usize::from(hello.wheel).wrapping_sub(1);
         if place >= self.benches.len() {
             return Err(Refusal::Wheel { wheel: hello.wheel, wheels: self.config.wheels }.into());
-        }
-        if self.places.len() >= usize::from(self.config.people_max) {
-            return Err(Refusal::Full { people: self.config.people_max }.into());
         }
         let client = self.next_client;
         self.next_client = self.next_client.wrapping_add(1).max(1);
         self.places.insert(peer, place);
         self.counts.joined += 1;
-        self.benches[place].seat(peer, client, &hello, self.now, &mut self.outbox);
+        self.benches[place].seat(peer, client, retells, self.now, &mut self.outbox);
+        Ok(())
+    }
+
+    fn seat_viewer(&mut self, peer: PeerId, bytes_per_s: u32) {
+        self.counts.joined += 1;
+        self.audience.let_in(peer, bytes_per_s, self.now);
+        let spec = PotSpec { keeps_volume: self.config.method.keeps_volume(), ..self.config.pot };
+        let notice = Notice::Audience(protocol::Audience {
+            now: self.now.0,
+            wheels: self.config.wheels,
+            pot: bench::pot_wire(&spec),
+            method: self.config.method.number(),
+        });
+        self.send(peer, Lane::Control(Peer::notice(&notice)));
+    }
+
+    fn answer_viewer(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
+        match Peer::read_request(frame)? {
+            Request::Leave => {
+                self.send(peer, Lane::Close);
+                self.handle_gone(peer);
+            }
+            request => self.audience.answer(peer, &request, &mut self.benches, self.now),
+        }
         Ok(())
     }
 
@@ -217,6 +259,8 @@ impl Room {
             Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } | Request::Again { .. } => 1,
             Request::Resync { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
+            // for those who only look on
+            Request::Watch { .. } | Request::Unwatch { .. } => 1,
         };
         if !bench.may_ask(peer, self.now, cost) {
             return Ok(());
@@ -234,6 +278,7 @@ impl Room {
                 bench.resync(peer, have, &mut self.outbox);
             }
             Request::Tool { mesh } => bench.bring(peer, mesh, &mut self.outbox),
+            Request::Watch { .. } | Request::Unwatch { .. } => {}
             Request::Leave => {
                 self.send(peer, Lane::Close);
                 self.handle_gone(peer);
@@ -261,6 +306,7 @@ impl Room {
         if let Some(place) = self.places.remove(&peer) {
             self.benches[place].leave(peer);
         }
+        self.audience.leave(peer, &mut self.benches);
     }
 
     /// Does every tick up to and with `to`.
@@ -269,13 +315,16 @@ impl Room {
             for bench in &mut self.benches {
                 bench.step(self.now, &mut self.outbox, &mut self.counts.refusals);
             }
+            if SnapshotClock::is_due(self.now) {
+                self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
+            }
             self.now = self.now.next();
         }
     }
 
     /// Tells everybody that the studio closes.
     pub fn close(&mut self) {
-        let peers: Vec<_> = self.places.keys().copied().collect();
+        let peers: Vec<_> = self.places.keys().copied().chain(self.audience.peers()).collect();
         for peer in peers {
             self.send(peer, Lane::Control(Peer::notice(&Notice::Closing)));
             self.send(peer, Lane::Close);

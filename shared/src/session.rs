@@ -4,6 +4,7 @@
 //! Invariant: whatever a peer sends, a session answers with an event, an error or a counted refusal, and holds bounded
 //! memory.
 
+mod allowance;
 mod assembly;
 mod clay;
 mod client;
@@ -13,10 +14,13 @@ mod lead;
 mod peer;
 mod runs;
 mod tools;
+mod watcher;
 
+pub use allowance::Allowance;
 pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use peer::{Peer, PeerError};
 pub(crate) use tools::with_one_more;
 pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};
+pub use watcher::{Watched, Watcher};

@@ -28,7 +28,7 @@ pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
 pub use motion::Moment;
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
-pub use tier::Tier;
+pub use tier::{Detail, Tier};
 pub use tiles::{TILE_SIDE, TileLayout, Touched};
 pub use transcript::{Pressed, Transcript};
 
@@ -52,7 +52,9 @@ impl SnapshotClock {
     /// Snapshots in a second.
     pub const PER_SECOND: u64 = 60;
 
-    const fn count(tick: Tick) -> u64 {
+    /// Snapshots taken up to the end of a tick.
+    #[must_use]
+    pub const fn count(tick: Tick) -> u64 {
         tick.0.saturating_add(1).saturating_mul(Self::PER_SECOND) / Tick::PER_SECOND
     }
 

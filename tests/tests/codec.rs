@@ -181,7 +181,7 @@ proptest! {
         let mut origin = Origin::new(small_spec());
         let quantum = Quantum::of_steps(steps);
         // every third tile is left out
-        let mut tier = Tier::new(&origin.author, quantum, |tile| tile % 3 != 0);
+        let mut tier = Tier::new(&origin.author, quantum, 1, |tile| tile % 3 != 0);
         let pot = || Pot::new(*origin.pot.spec()).unwrap();
         let (mut replica, untouched) = (Replica::with_quantum(pot(), quantum), pot());
         for group in &groups {

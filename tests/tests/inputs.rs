@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
-    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Run, ShapeWire,
-    Steps,
+    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Role, Run,
+    ShapeWire, Steps,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{InputQueue, Refusals};
@@ -116,7 +116,7 @@ impl Studio {
 }
 
 fn greeting(version: u16, code: &str, wheel: u16) -> Vec<u8> {
-    let hello = protocol::encode(&Hello { code: code.into(), wheel, retells: false });
+    let hello = protocol::encode(&Hello { code: code.into(), wheel, role: Role::Works { retells: false } });
     protocol::encode(&Greeting { magic: Greeting::MAGIC, version: version.to_le_bytes(), hello })
 }
 

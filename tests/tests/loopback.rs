@@ -14,12 +14,12 @@ use glam::Vec3;
 use pottery_client::device::ScriptedDevice;
 use pottery_client::stroke::Stroke;
 use pottery_client::view::Link;
-use pottery_client::{JoinError, Potter, PotterOptions, Target, client_config, endpoint};
+use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_config, endpoint};
 use pottery_server::{Server, ServerConfig, ServerError, Standing};
 use pottery_shared::clay::Pot;
-use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request};
+use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request, Role};
 use pottery_shared::session::{Client, ClientError};
-use pottery_shared::snapshot::PotRecord;
+use pottery_shared::snapshot::{Detail, PotRecord, QUANTUM_M};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::Quality;
@@ -126,6 +126,46 @@ async fn leave(people: Vec<(quinn::Endpoint, Potter)>) {
     }
 }
 
+/// The largest difference between two pots of one grid, m.
+fn worst_m(one: &Pot, other: &Pot) -> f32 {
+    let radii = |pot: &Pot| pot.surfaces()[0].radii_m().to_vec();
+    radii(one).iter().zip(&radii(other)).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_looks_on_sees_what_is_made_from_near_and_far() {
+    let server = Server::start(ServerConfig { wheels: 2, ..config() }).unwrap();
+    let own = endpoint().unwrap();
+    let looker = Onlooker::join(&own, &target(&server, 1), 100_000).await.unwrap();
+    looker.look(|watcher, now| {
+        assert_eq!(watcher.wheels(), 2);
+        watcher.watch(1, Detail::Gallery, now);
+        watcher.watch(2, Detail::Gallery, now);
+    });
+    let potter = join(&target(&server, 1), "waist").await;
+    standing_when(&server, "something is pressed", |standing| pressed_mm3(standing, 0) > 200.0).await;
+    looker.look(|watcher, now| watcher.watch(1, Detail::Spectator, now));
+    assert_same_clay(&server, 0, &[&potter.1]).await;
+    let standing = server.standing().await.unwrap();
+    let began = Instant::now();
+    let allowed_m = 0.5 * Detail::Spectator.quantum().metres() + QUANTUM_M;
+    let sees = || {
+        looker.look(|watcher, _| {
+            let near = watcher.sight(1).filter(|sight| sight.detail() == Detail::Spectator);
+            near.is_some_and(|sight| worst_m(sight.pot(), &standing.pots[0]) <= allowed_m)
+        })
+    };
+    while !sees() {
+        assert!(began.elapsed() < PATIENCE, "the spectator does not see the potter's clay");
+        sleep(ms(20)).await;
+    }
+    looker.look(|watcher, _| assert_eq!(watcher.sight(2).unwrap().detail(), Detail::Gallery));
+    leave(vec![potter]).await;
+    let report = looker.leave().await.unwrap();
+    assert_eq!((report.mismatches, report.malformed, report.link), (0, 0, Link::Closed));
+    server.stop().await;
+}
+
 /// A client without any of the client library's good manners.
 struct RawClient {
     _endpoint: quinn::Endpoint,
@@ -230,7 +270,11 @@ async fn a_full_studio_says_so() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_version_and_no_version_are_refused_politely() {
     let server = Server::start(config()).unwrap();
-    let hello = protocol::encode(&Hello { code: server.code().room().to_owned(), wheel: 1, retells: true });
+    let hello = protocol::encode(&Hello {
+        code: server.code().room().to_owned(),
+        wheel: 1,
+        role: Role::Works { retells: true },
+    });
     let version = (protocol::VERSION + 1).to_le_bytes();
     let newer = protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello });
     let expected = Refusal::Version { server: protocol::VERSION, client: protocol::VERSION + 1 };

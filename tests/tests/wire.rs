@@ -5,9 +5,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use pottery_shared::protocol::{
-    self, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting, Hello, Inputs,
-    JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, NoTool, Notice, PotWire, ProtocolError, Pulse,
-    PulseHead, Refusal, Request, Retelling, Run, ShapeWire, Steps, ToolWire, Welcome, WheelWire,
+    self, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting,
+    Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, NoTool, Notice, PotWire, ProtocolError,
+    Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, ToolWire, Welcome,
+    WheelWire,
 };
 use proptest::prelude::*;
 
@@ -65,7 +66,11 @@ fn greeting() -> impl Strategy<Value = Greeting> {
 }
 
 fn hello() -> impl Strategy<Value = Hello> {
-    (text(), any::<u16>(), any::<bool>()).prop_map(|(code, wheel, retells)| Hello { code, wheel, retells })
+    let role = prop_oneof![
+        any::<bool>().prop_map(|retells| Role::Works { retells }),
+        any::<u32>().prop_map(|bytes_per_s| Role::Watches { bytes_per_s }),
+    ];
+    (text(), any::<u16>(), role).prop_map(|(code, wheel, role)| Hello { code, wheel, role })
 }
 
 fn clay() -> impl Strategy<Value = ClayWire> {
@@ -78,10 +83,16 @@ fn request() -> impl Strategy<Value = Request> {
         clay().prop_map(|clay| Request::Clay { clay }),
         any::<u32>().prop_map(|have| Request::Again { have }),
         any::<u32>().prop_map(|have| Request::Resync { have }),
+        (sight_name(), any::<u32>()).prop_map(|(sight, have)| Request::Watch { sight, have }),
+        sight_name().prop_map(|sight| Request::Unwatch { sight }),
         any::<bool>().prop_map(|retells| Request::Retell { retells }),
         mesh().prop_map(|mesh| Request::Tool { mesh }),
         Just(Request::Leave),
     ]
+}
+
+fn sight_name() -> impl Strategy<Value = SightName> {
+    any::<(u16, u8)>().prop_map(|(wheel, detail)| SightName { wheel, detail })
 }
 
 fn mesh() -> impl Strategy<Value = MeshWire> {
@@ -105,19 +116,26 @@ fn wheel() -> impl Strategy<Value = WheelWire> {
     any::<(u64, u32, i32)>().prop_map(|(from, phase, rate)| WheelWire { from, phase, rate })
 }
 
-fn welcome() -> impl Strategy<Value = Welcome> {
+fn pot() -> impl Strategy<Value = PotWire> {
     let measures = any::<(u32, u32, f32, f32, f32, u8)>();
-    let pot = measures.prop_map(|(columns, rows, height_m, radius_m, wall_m, support)| PotWire {
+    measures.prop_map(|(columns, rows, height_m, radius_m, wall_m, support)| PotWire {
         columns,
         rows,
         height_m,
         radius_m,
         wall_m,
         support,
-    });
+    })
+}
+
+fn audience() -> impl Strategy<Value = Audience> {
+    (any::<(u64, u16, u8)>(), pot()).prop_map(|((now, wheels, method), pot)| Audience { now, wheels, pot, method })
+}
+
+fn welcome() -> impl Strategy<Value = Welcome> {
     let clay = prop::collection::vec((any::<u64>(), clay()), 0..20);
     let wheel = prop::collection::vec(wheel(), 0..20);
-    (any::<(u16, u64, u8, u32)>(), pot, wheel, clay).prop_map(|((client, now, method, told), pot, wheel, clay)| {
+    (any::<(u16, u64, u8, u32)>(), pot(), wheel, clay).prop_map(|((client, now, method, told), pot, wheel, clay)| {
         Welcome { client, now, pot, wheel, clay, method, told }
     })
 }
@@ -125,6 +143,7 @@ fn welcome() -> impl Strategy<Value = Welcome> {
 fn notice() -> impl Strategy<Value = Notice> {
     prop_oneof![
         welcome().prop_map(Notice::Welcome),
+        audience().prop_map(Notice::Audience),
         refusal().prop_map(Notice::Refused),
         (any::<u64>(), any::<i32>()).prop_map(|(from, rate)| Notice::Wheel { from, rate }),
         (any::<u64>(), clay()).prop_map(|(from, clay)| Notice::Clay { from, clay }),
@@ -160,6 +179,15 @@ fn retelling() -> impl Strategy<Value = Retelling> {
 }
 
 fn pulse() -> impl Strategy<Value = Pulse> {
+    let head = any::<(u32, Option<i16>)>().prop_map(|(acknowledged, slack)| PulseHead { acknowledged, slack });
+    (head, body()).prop_map(|(head, body)| Pulse { head, body })
+}
+
+fn sight() -> impl Strategy<Value = Sight> {
+    (sight_name(), prop::option::of(wheel()), body()).prop_map(|(name, turning, body)| Sight { name, turning, body })
+}
+
+fn body() -> impl Strategy<Value = Body> {
     let tool = (any::<(u16, [i32; 3], bool)>(), shape()).prop_map(|((client, centre, touching), tool)| ToolWire {
         client,
         centre,
@@ -171,19 +199,23 @@ fn pulse() -> impl Strategy<Value = Pulse> {
         .prop_map(|((version, index, count), of, bytes)| Fragment { version, of, index, count, bytes });
     let tools = prop::option::of(prop::collection::vec(tool, 0..30));
     let fragments = prop::collection::vec(fragment, 0..3);
-    let body = (any::<(u64, u32, Option<u64>)>(), tools, fragments)
-        .prop_map(|((tick, latest, digest), tools, fragments)| Body { tick, latest, digest, tools, fragments });
-    let head = any::<(u32, Option<i16>)>().prop_map(|(acknowledged, slack)| PulseHead { acknowledged, slack });
-    (head, body).prop_map(|(head, body)| Pulse { head, body })
+    (any::<(u64, u32, Option<u64>)>(), tools, fragments).prop_map(|((tick, latest, digest), tools, fragments)| Body {
+        tick,
+        latest,
+        digest,
+        tools,
+        fragments,
+    })
 }
 
 fn keyframe() -> impl Strategy<Value = Keyframe> {
-    (any::<(u32, u32, u64, u32, bool)>(), bytes(3000)).prop_map(
-        |((version, since, tick, acknowledged, goes_on), bytes)| Keyframe {
+    (any::<(u32, u32, u64, u32, bool)>(), prop::option::of(sight_name()), bytes(3000)).prop_map(
+        |((version, since, tick, acknowledged, goes_on), sight, bytes)| Keyframe {
             version,
             since,
             tick,
             acknowledged,
+            sight,
             goes_on,
             bytes,
         },
@@ -220,6 +252,7 @@ laws!(request_is_read_as_written, request(), Request, CONTROL_MAX);
 laws!(notice_is_read_as_written, notice(), Notice, CONTROL_MAX);
 laws!(inputs_are_read_as_written, inputs(), Inputs, DATAGRAM_MEMORY_MAX);
 laws!(pulse_is_read_as_written, pulse(), Pulse, DATAGRAM_MEMORY_MAX);
+laws!(sight_is_read_as_written, sight(), Sight, DATAGRAM_MEMORY_MAX);
 laws!(retelling_is_read_as_written, retelling(), Retelling, DATAGRAM_MEMORY_MAX);
 
 proptest! {

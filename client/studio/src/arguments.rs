@@ -16,6 +16,7 @@ use pottery_client::{Claim, Core, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
+use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
@@ -166,6 +167,9 @@ struct HostFlags {
     /// Whether scripted hands follow their stroke exactly or as a hand that the clay pushes back (headless)
     #[arg(long, value_enum, default_value_t = HandKind::Scripted)]
     hand: HandKind,
+    /// Somebody who looks on, and how closely; repeat it for more (headless)
+    #[arg(long, value_enum, value_name = "DETAIL")]
+    watch: Vec<WatchName>,
     /// Record the own stroke (headless: the first potter's) to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -254,6 +258,24 @@ impl ClayName {
     }
 }
 
+/// How closely somebody looks on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum WatchName {
+    /// Every element, 30 times a second, to 11 µm
+    Spectator,
+    /// As a small picture among many: a coarse grid, 5 times a second
+    Gallery,
+}
+
+impl WatchName {
+    const fn detail(self) -> Detail {
+        match self {
+            Self::Spectator => Detail::Spectator,
+            Self::Gallery => Detail::Gallery,
+        }
+    }
+}
+
 /// How a scripted hand holds its tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum HandKind {
@@ -293,6 +315,8 @@ pub(crate) struct HeadlessSession {
     pub(crate) record: Option<PathBuf>,
     /// A tool that the first of them brings to the wheel.
     pub(crate) brought: Option<Arc<ConvexTool>>,
+    /// Who looks on, and how closely.
+    pub(crate) watch: Vec<Detail>,
 }
 
 /// A session in a window.
@@ -450,6 +474,7 @@ impl HostFlags {
             core: self.hold.pin_core,
             record: self.record.clone(),
             brought: choice.brought,
+            watch: self.watch.iter().map(|watch| watch.detail()).collect(),
         })
     }
 }

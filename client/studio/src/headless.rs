@@ -16,8 +16,9 @@ use pottery_client::render::{self, Gpu, Scene};
 use pottery_client::stroke::Stroke;
 use pottery_client::view::Link;
 use pottery_client::whole_file::write_whole;
-use pottery_client::{Claim, Command, Potter, PotterOptions, PotterReport, export};
+use pottery_client::{Claim, Command, Onlooker, Potter, PotterOptions, PotterReport, WatchReport, export};
 use pottery_shared::clay::Pot;
+use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::ConvexTool;
 use pottery_shared::units::Tick;
 
@@ -30,6 +31,8 @@ use crate::report::SessionReport;
 const QUIET: Duration = Duration::from_secs(5);
 /// Hands, with their predictions, that a core serves in time.
 const POTTERS_PER_CORE: usize = 2;
+/// What somebody who looks on may take for long: as much as a pot that many work at.
+const WATCH_BYTES_PER_S: u32 = 64_000;
 /// Size of the picture.
 const PICTURE: (u32, u32) = (1280, 960);
 
@@ -46,9 +49,9 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     }
     let studio = Studio::open(session.server.clone())?;
     let runtime = hosting::runtime("network")?;
-    let mut reports = runtime.block_on(work(session, &studio))?;
+    let (mut reports, watched) = runtime.block_on(work(session, &studio))?;
     let standing = studio.standing()?;
-    let report = SessionReport::new(session.seconds, &reports, &standing);
+    let report = SessionReport::new(session.seconds, &reports, &watched, &standing);
     if let Some(path) = &session.record {
         record::write(reports[0].network.recording.take(), path)?;
     }
@@ -70,7 +73,10 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<PotterReport>> {
+/// What potters and those who looked on measured.
+type Measured = (Vec<PotterReport>, Vec<(Detail, WatchReport)>);
+
+async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Measured> {
     let target = studio.target();
     let mut endpoints = Vec::new();
     let mut potters = Vec::new();
@@ -92,6 +98,14 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
         potters.push(potter);
         endpoints.push(endpoint);
     }
+    let mut lookers = Vec::new();
+    for &detail in &session.watch {
+        let endpoint = pottery_client::endpoint()?;
+        let looker = Onlooker::join(&endpoint, &target, WATCH_BYTES_PER_S).await?;
+        looker.look(|watcher, now| watcher.watch(target.wheel, detail, now));
+        lookers.push((detail, looker));
+        endpoints.push(endpoint);
+    }
     watch(session.seconds, &potters).await;
     let mut all_settled = true;
     for potter in &potters {
@@ -102,6 +116,13 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
     }
     // the last snapshot reaches those who settled first as well
     tokio::time::sleep(Duration::from_millis(300)).await;
+    let mut watched = Vec::new();
+    for (detail, looker) in lookers {
+        if looker.look(|watcher, _| watcher.is_behind()) {
+            bail!("who looks on has not got the clay within {} s of quiet", QUIET.as_secs());
+        }
+        watched.push((detail, looker.leave().await?));
+    }
     let mut reports = Vec::new();
     for potter in potters {
         reports.push(potter.leave().await?);
@@ -110,7 +131,7 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Vec<
         endpoint.close(0_u32.into(), b"goodbye");
         endpoint.wait_idle().await;
     }
-    Ok(reports)
+    Ok((reports, watched))
 }
 
 fn cores() -> usize {

@@ -4,9 +4,10 @@
 //! their ticks.
 //! Invariant: the file and the summary are made from the same numbers.
 
-use pottery_client::PotterReport;
+use pottery_client::{PotterReport, WatchReport};
 use pottery_server::Standing;
 use pottery_shared::clay::Material;
+use pottery_shared::snapshot::Detail;
 use pottery_shared::units::Tick;
 use serde::Serialize;
 
@@ -22,6 +23,7 @@ pub(crate) struct SessionReport {
     clay: Clay,
     haptic: Haptic,
     network: Network,
+    watching: Vec<Watching>,
     prediction_error_mm: Spread,
     digest: Digests,
     pressed_volume_mm3: f64,
@@ -73,6 +75,16 @@ struct Network {
     resyncs: u64,
     retold_snapshots: u64,
     delta_snapshots: u64,
+}
+
+/// One who looked on.
+#[derive(Debug, Serialize)]
+struct Watching {
+    detail: &'static str,
+    down_bytes_per_s: f64,
+    up_bytes_per_s: f64,
+    mismatches: u64,
+    asked: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -136,13 +148,32 @@ fn clay(material: Material) -> Clay {
     }
 }
 
+fn watching((detail, report): &(Detail, WatchReport)) -> Watching {
+    let rate = |bytes: u64| (bytes as f64 / report.duration.as_secs_f64()).round();
+    Watching {
+        detail: match detail {
+            Detail::Spectator => "spectator",
+            Detail::Gallery => "gallery",
+        },
+        down_bytes_per_s: rate(report.down_bytes),
+        up_bytes_per_s: rate(report.up_bytes),
+        mismatches: report.mismatches,
+        asked: report.asked,
+    }
+}
+
 fn hexadecimal(digest: u64) -> String {
     format!("{digest:016x}")
 }
 
 impl SessionReport {
     /// Adds up what potters and server measured.
-    pub(crate) fn new(seconds: f64, reports: &[PotterReport], server: &Standing) -> Self {
+    pub(crate) fn new(
+        seconds: f64,
+        reports: &[PotterReport],
+        watched: &[(Detail, WatchReport)],
+        server: &Standing,
+    ) -> Self {
         let haptic = || reports.iter().filter_map(|report| report.haptic.as_ref());
         let network = || reports.iter().map(|report| &report.network);
         let rate = |bytes: fn(&pottery_client::NetworkReport) -> u64| {
@@ -176,6 +207,7 @@ impl SessionReport {
                 repeats: network().map(|part| part.repeats).sum(),
                 resyncs: network().map(|part| part.resyncs).sum(),
             },
+            watching: watched.iter().map(watching).collect(),
             prediction_error_mm: spread(&merged(network().map(|part| &part.correction_nm)), 1e-6),
             digest: Digests {
                 server: hexadecimal(server.digests[0]),
@@ -215,6 +247,11 @@ impl SessionReport {
             [] => format!("all {} clients hold the server's clay ({})", self.potters, self.digest.server),
             numbers => format!("clients {numbers:?} do NOT hold the server's clay"),
         };
+        let watching: String = self
+            .watching
+            .iter()
+            .map(|one| format!("watching   as {}: down {:.1} kB/s\n", one.detail, one.down_bytes_per_s * 1e-3))
+            .collect();
         format!(
             "potters    {} for {:.1} s on {} elements, {:.1} cm³ pressed away\n\
              clay       wetness {:.2}: yields at {:.1} kPa, E {:.2} MPa, gives way in {:.0} ms\n\
@@ -223,7 +260,7 @@ impl SessionReport {
              thread     {priority}\n\
              force      p50 {:.2} N, max {:.2} N\n\
              network    down {:.1} kB/s, up {:.1} kB/s a client; round trip p50 {:.2} ms\n\
-             prediction p50 {:.4} mm, p99 {:.4} mm, max {:.4} mm off under own tools\n\
+             {watching}prediction p50 {:.4} mm, p99 {:.4} mm, max {:.4} mm off under own tools\n\
              agreement  {agreement}",
             self.potters,
             self.seconds,

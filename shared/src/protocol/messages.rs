@@ -30,10 +30,34 @@ impl Greeting {
 pub struct Hello {
     /// The room's join code.
     pub code: String,
+    /// Number of the wheel to work at, from 1; without meaning for who watches.
+    pub wheel: u16,
+    /// As what.
+    pub role: Role,
+}
+
+/// As what somebody comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Role {
+    /// To work at a wheel.
+    Works {
+        /// Whether the client presses again what was pressed, and so wants transcripts and no deltas.
+        retells: bool,
+    },
+    /// To look on at any number of wheels.
+    Watches {
+        /// What all of them together may send for long, bytes a second.
+        bytes_per_s: u32,
+    },
+}
+
+/// Something that can be watched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+pub struct SightName {
     /// Number of the wheel, from 1.
     pub wheel: u16,
-    /// Whether it presses again what was pressed, and so wants transcripts and no deltas.
-    pub retells: bool,
+    /// Number of how much of it.
+    pub detail: u8,
 }
 
 /// What a client asks for on the control stream.
@@ -63,6 +87,18 @@ pub enum Request {
     Resync {
         /// Version held whole; 0 asks for the whole pot.
         have: u32,
+    },
+    /// Show a wheel, or, when it is shown already, what leads on from `have`: something was lost.
+    Watch {
+        /// What to show.
+        sight: SightName,
+        /// Version held whole; 0 asks for the whole pot.
+        have: u32,
+    },
+    /// Show it no longer.
+    Unwatch {
+        /// What not to show.
+        sight: SightName,
     },
     /// From now on, transcripts or deltas.
     Retell {
@@ -187,11 +223,26 @@ pub struct Welcome {
     pub told: u32,
 }
 
+/// What one who watches needs to begin.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub struct Audience {
+    /// The server's tick at the moment of writing.
+    pub now: u64,
+    /// Number of wheels.
+    pub wheels: u16,
+    /// The pot at version 0 of every wheel, on the grid of those who work.
+    pub pot: PotWire,
+    /// Number of the deformation method.
+    pub method: u8,
+}
+
 /// What the server says on the control stream.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum Notice {
     /// Come in.
     Welcome(Welcome),
+    /// Come in and look on.
+    Audience(Audience),
     /// Stay out.
     Refused(Refusal),
     /// The wheel's turning changes; its phase then follows from what it was before.
@@ -297,6 +348,17 @@ pub struct Pulse {
     pub body: Body,
 }
 
+/// A server's datagram to those who watch; all of them get the same.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Sight {
+    /// What it shows.
+    pub name: SightName,
+    /// How the wheel turns; absent from datagrams that continue another.
+    pub turning: Option<WheelWire>,
+    /// What happened; versions are those of this sight.
+    pub body: Body,
+}
+
 /// Somebody's tool.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct ToolWire {
@@ -358,6 +420,8 @@ pub struct Keyframe {
     pub tick: u64,
     /// All of the client's samples below this number are in it.
     pub acknowledged: u32,
+    /// Of what it is, for those who watch.
+    pub sight: Option<SightName>,
     /// Whether what the next delta builds upon follows the tiles.
     pub goes_on: bool,
     /// The tiles.

@@ -6,14 +6,16 @@
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
-use super::{Lane, PeerId, Transmit};
-use crate::clay::{Conditions, Material, MethodKind, Pot, Press, Schedule, SubStep, Surface, Wheel};
+use super::pieces::{WAYS_MAX, bodies, fragments};
+use super::view::View;
+use super::{Lane, Outbox, PeerId, Transmit};
+use crate::clay::{Conditions, Material, MethodKind, Pot, PotSpec, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{
-    self, Body, ClayWire, Fragment, FragmentOf, Hello, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling,
-    ToolWire, Welcome, WheelWire,
+    self, Body, ClayWire, Fragment, FragmentOf, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling, ToolWire,
+    Welcome, WheelWire,
 };
 use crate::session::{BROUGHT_MAX, Peer, Refusals, tool_of, with_one_more};
-use crate::snapshot::{Author, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
+use crate::snapshot::{Author, Detail, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
@@ -25,18 +27,12 @@ const SETTINGS_EVERY: u64 = 50;
 const TELL_EVERY: u64 = 10;
 /// Samples of one tool done in one tick when they come late.
 const CATCH_UP_MAX: usize = 8;
-/// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
-const FRAGMENT_BYTES: usize = 600;
-/// Snapshots whose way is kept for those who missed it: half a second, in which most lines can ask and be answered.
-const WAYS_MAX: usize = 32;
 /// Pulses between two digests: a quarter of a second.
 const DIGEST_EVERY: u64 = 15;
 /// Ticks after which a resting tool is no longer shown.
 const TOOL_SHOWN_TICKS: i64 = 500;
 /// Most tools told of in a pulse.
 const TOOLS_MAX: usize = 30;
-/// Room for the head and the fixed part of the body.
-const OVERHEAD_BYTES: usize = 48;
 
 #[derive(Debug)]
 struct Seat {
@@ -92,6 +88,8 @@ pub(super) struct Bench {
     transcript: Option<Transcript>,
     /// Notices told to everybody.
     told: u32,
+    /// For those who look on, by the number of the detail, with the last version of the view before.
+    views: [(Option<View>, Version); Detail::ALL.len()],
 }
 
 impl Bench {
@@ -129,6 +127,7 @@ impl Bench {
             pressing: Vec::new(),
             transcript: Some(Transcript::default()),
             told: 0,
+            views: Default::default(),
         }
     }
 
@@ -149,28 +148,13 @@ impl Bench {
     }
 
     /// Gives a new peer its place, its welcome and the clay as it is.
-    pub(super) fn seat(
-        &mut self,
-        peer: PeerId,
-        client: u16,
-        hello: &Hello,
-        now: Tick,
-        outbox: &mut VecDeque<Transmit>,
-    ) {
-        let seat = Seat { client, peer: Peer::default(), retells: hello.retells, again_from: None, leaving: false };
+    pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
+        let seat = Seat { client, peer: Peer::default(), retells, again_from: None, leaving: false };
         self.seats.insert(peer, seat);
-        let spec = self.pot.spec();
         let welcome = Welcome {
             client,
             now: now.0,
-            pot: PotWire {
-                columns: spec.shape.columns(),
-                rows: spec.shape.rows(),
-                height_m: spec.height.0,
-                radius_m: spec.radius.0,
-                wall_m: spec.wall.0,
-                support: spec.support.number(),
-            },
+            pot: pot_wire(self.pot.spec()),
             wheel: self
                 .conditions
                 .wheel
@@ -225,7 +209,7 @@ impl Bench {
 
     /// Hangs a tool that a peer brings in the rack and tells everybody; one that hangs there already is told to the peer
     /// alone, and so is why one does not.
-    pub(super) fn bring(&mut self, peer: PeerId, mesh: MeshWire, outbox: &mut VecDeque<Transmit>) {
+    pub(super) fn bring(&mut self, peer: PeerId, mesh: MeshWire, outbox: &mut Outbox) {
         let known = self.brought.iter().find(|(_, known)| *known == mesh).map(|(shape, _)| *shape);
         let answer = match (known, tool_of(&mesh)) {
             (Some(shape), _) => Notice::Tool { shape, mesh },
@@ -245,7 +229,7 @@ impl Bench {
     }
 
     /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.
-    fn tell_settings(&mut self, outbox: &mut VecDeque<Transmit>) {
+    fn tell_settings(&mut self, outbox: &mut Outbox) {
         if let Some(from) = self.untold_wheel.take() {
             let rate = self.conditions.wheel.rate(from);
             self.tell_all(&Notice::Wheel { from: from.0, rate }, outbox);
@@ -263,7 +247,7 @@ impl Bench {
         }
     }
 
-    fn tell_all(&mut self, notice: &Notice, outbox: &mut VecDeque<Transmit>) {
+    fn tell_all(&mut self, notice: &Notice, outbox: &mut Outbox) {
         self.told = self.told.wrapping_add(1);
         let frame = Peer::notice(notice);
         for (&to, _) in self.present() {
@@ -283,7 +267,7 @@ impl Bench {
     }
 
     /// Says again what leads on from `have`: with the next pulse, or in a keyframe when that is no longer kept.
-    pub(super) fn say_again(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut VecDeque<Transmit>) {
+    pub(super) fn say_again(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
         self.note_loss(peer, now);
         let Some(seat) = self.seats.get_mut(&peer) else { return };
         let missed = |way: &&Way| way.version.0 > have;
@@ -298,7 +282,7 @@ impl Bench {
     }
 
     /// Sends one peer everything newer than `have`.
-    pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut VecDeque<Transmit>) {
+    pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut Outbox) {
         let goes_on = self.seats.get(&peer).is_some_and(|seat| !seat.retells);
         // a version that never was cannot be built upon
         let since = if have > self.author.latest().0 { 0 } else { have };
@@ -307,6 +291,7 @@ impl Bench {
             since,
             tick: self.snapshot_tick.0,
             acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
+            sight: None,
             goes_on,
             bytes: self.author.keyframe(Version(since), goes_on),
         };
@@ -314,7 +299,7 @@ impl Bench {
     }
 
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time.
-    pub(super) fn step(&mut self, tick: Tick, outbox: &mut VecDeque<Transmit>, gone: &mut Refusals) {
+    pub(super) fn step(&mut self, tick: Tick, outbox: &mut Outbox, gone: &mut Refusals) {
         if self.seats.is_empty() {
             return;
         }
@@ -414,18 +399,63 @@ impl Bench {
     }
 
     /// Brings the clay to those who press again what was pressed, when that was too much to tell.
-    fn resync_retellers(&self, outbox: &mut VecDeque<Transmit>) {
+    fn resync_retellers(&self, outbox: &mut Outbox) {
         for (&peer, _) in self.present().filter(|(_, seat)| seat.retells) {
             self.resync(peer, self.author.latest().0.saturating_sub(1), outbox);
         }
     }
 
-    fn pulse(&mut self, tick: Tick, outbox: &mut VecDeque<Transmit>) {
-        let tools: Vec<ToolWire> = self
-            .present()
-            .filter_map(|(_, seat)| seat.peer.tool(seat.client, tick, TOOL_SHOWN_TICKS))
-            .take(TOOLS_MAX)
-            .collect();
+    fn shown_tools(&self, tick: Tick) -> impl Iterator<Item = ToolWire> {
+        self.present().filter_map(move |(_, seat)| seat.peer.tool(seat.client, tick, TOOL_SHOWN_TICKS))
+    }
+
+    /// Everybody's tools as others should see them.
+    pub(super) fn tools(&self, tick: Tick) -> Vec<ToolWire> {
+        self.shown_tools(tick).take(TOOLS_MAX).collect()
+    }
+
+    /// Whether there is a tool to be seen.
+    pub(super) fn has_tools(&self, tick: Tick) -> bool {
+        self.shown_tools(tick).next().is_some()
+    }
+
+    /// How the wheel turns from a tick on.
+    pub(super) fn turning(&self, tick: Tick) -> WheelWire {
+        WheelWire { from: tick.0, phase: self.conditions.phase(tick).0, rate: self.conditions.wheel.rate(tick) }
+    }
+
+    /// Begins to show the wheel at a detail, unless it is shown already.
+    pub(super) fn open_view(&mut self, detail: Detail, now: Tick) {
+        let now = Moment { tick: now, phase: self.conditions.phase(now) };
+        let (view, before) = &mut self.views[usize::from(detail.number())];
+        view.get_or_insert_with(|| View::after(*before, &self.author, detail, now));
+    }
+
+    /// Shows it no longer.
+    pub(super) fn close_view(&mut self, detail: Detail) {
+        let (view, before) = &mut self.views[usize::from(detail.number())];
+        if let Some(view) = view.take() {
+            *before = view.latest().next();
+        }
+    }
+
+    /// The wheel at a detail, if anybody looks at it.
+    pub(super) const fn view(&self, detail: Detail) -> Option<&View> {
+        self.views[detail.number() as usize].0.as_ref()
+    }
+
+    /// Takes a snapshot for those details of which `is_due` says so.
+    pub(super) fn publish_views(&mut self, now: Tick, is_due: impl Fn(Detail) -> bool) {
+        let now = Moment { tick: now, phase: self.conditions.phase(now) };
+        for detail in Detail::ALL.into_iter().filter(|detail| is_due(*detail)) {
+            if let (Some(view), _) = &mut self.views[usize::from(detail.number())] {
+                view.publish(&self.author, now);
+            }
+        }
+    }
+
+    fn pulse(&mut self, tick: Tick, outbox: &mut Outbox) {
+        let tools = self.tools(tick);
         let digest = self.pulses.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
         self.pulses += 1;
         let first =
@@ -439,7 +469,7 @@ impl Bench {
             let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
             let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
                 let newer = self.ways.iter().filter(|way| way.version > from);
-                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells)))
+                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells))).iter().map(protocol::encode).collect()
             });
             for body in bodies {
                 outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
@@ -449,38 +479,19 @@ impl Bench {
     }
 }
 
+/// A pot's specification as it is sent.
+pub(super) fn pot_wire(spec: &PotSpec) -> PotWire {
+    PotWire {
+        columns: spec.shape.columns(),
+        rows: spec.shape.rows(),
+        height_m: spec.height.0,
+        radius_m: spec.radius.0,
+        wall_m: spec.wall.0,
+        support: spec.support.number(),
+    }
+}
+
 /// The tick of a change that is ordered now.
 const fn change_after(now: Tick) -> Tick {
     Tick(now.offset(NOTICE_TICKS).0.next_multiple_of(SETTINGS_EVERY))
-}
-
-/// What leads to a version, cut into pieces that fit a datagram.
-fn fragments(version: Version, of: FragmentOf, bytes: &[u8]) -> Vec<Fragment> {
-    let count = bytes.len().div_ceil(FRAGMENT_BYTES).max(1);
-    (0..count)
-        .map(|index| {
-            let end = bytes.len().min((index + 1) * FRAGMENT_BYTES);
-            let bytes = bytes[index * FRAGMENT_BYTES..end].to_vec();
-            Fragment { version: version.0, of, index: index as u16, count: count as u16, bytes }
-        })
-        .collect()
-}
-
-/// Encoded bodies that carry all fragments, each small enough for a datagram.
-fn bodies<'a>(first: &Body, fragments: impl Iterator<Item = &'a Fragment>) -> Vec<Vec<u8>> {
-    let (tick, latest) = (first.tick, first.latest);
-    let mut size = protocol::encode(first).len() + OVERHEAD_BYTES;
-    let mut all = alloc::vec![first.clone()];
-    for fragment in fragments {
-        let added = fragment.bytes.len() + 16;
-        if size + added > protocol::DATAGRAM_MAX {
-            all.push(Body { tick, latest, digest: None, tools: None, fragments: Vec::new() });
-            size = OVERHEAD_BYTES;
-        }
-        size += added;
-        if let Some(body) = all.last_mut() {
-            body.fragments.push(fragment.clone());
-        }
-    }
-    all.iter().map(protocol::encode).collect()
 }

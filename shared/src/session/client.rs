@@ -18,7 +18,8 @@ use crate::clay::{
 };
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{
-    self, Greeting, Hello, Keyframe, MeshWire, NoTool, Notice, Pulse, Refusal, Request, ToolWire, Welcome, WheelWire,
+    self, Greeting, Hello, Keyframe, MeshWire, NoTool, Notice, PotWire, Pulse, Refusal, Request, Role, ToolWire,
+    Welcome, WheelWire,
 };
 use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
@@ -154,7 +155,8 @@ impl Client {
     /// the bytes that changed tiles do, and time.
     #[must_use]
     pub fn greeting(code: &str, wheel: u16, retells: bool) -> Vec<u8> {
-        let hello = protocol::encode(&Hello { code: String::from(code), wheel, retells });
+        let role = Role::Works { retells };
+        let hello = protocol::encode(&Hello { code: String::from(code), wheel, role });
         let version = protocol::VERSION.to_le_bytes();
         protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
     }
@@ -171,7 +173,7 @@ impl Client {
             Notice::Refused(refusal) => return Err(refusal.into()),
             _ => return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into()),
         };
-        let pot = pot_of(&welcome).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
+        let pot = pot_of(&welcome.pot, welcome.method).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
         let substep = SubStep::for_grid(pot.spec().shape);
         let replica = Replica::new(pot);
         // a room that has been open for thousands of years is none
@@ -366,7 +368,9 @@ impl Client {
             }
             Notice::Closing => self.events.push_back(ClientEvent::Closing),
             Notice::Refused(refusal) => return Err(refusal.into()),
-            Notice::Welcome(_) => return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into()),
+            Notice::Welcome(_) | Notice::Audience(_) => {
+                return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into());
+            }
         }
         Ok(())
     }
@@ -600,14 +604,14 @@ impl Client {
     }
 }
 
-fn pot_of(welcome: &Welcome) -> Result<Pot, crate::clay::PotError> {
-    let pot = &welcome.pot;
+/// The untouched pot that a message describes.
+pub(super) fn pot_of(pot: &PotWire, method: u8) -> Result<Pot, crate::clay::PotError> {
     Pot::new(PotSpec {
         shape: GridShape::new(pot.columns, pot.rows)?,
         height: Metres(pot.height_m),
         radius: Metres(pot.radius_m),
         wall: Metres(pot.wall_m),
-        keeps_volume: MethodKind::from_number(welcome.method).keeps_volume(),
+        keeps_volume: MethodKind::from_number(method).keeps_volume(),
         support: Support::from_number(pot.support),
     })
 }
@@ -631,7 +635,7 @@ fn conditions_of(welcome: &Welcome) -> Conditions {
     conditions
 }
 
-fn remote_tool(tool: &ToolWire) -> Option<RemoteTool> {
+pub(super) fn remote_tool(tool: &ToolWire) -> Option<RemoteTool> {
     let ToolWire { client, touching, .. } = *tool;
     let centre = Position(tool.centre);
     let (tool, orientation) = runs::tool_of(tool.tool)?;

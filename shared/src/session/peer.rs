@@ -5,6 +5,7 @@
 
 use alloc::vec::Vec;
 
+use super::Allowance;
 use super::inputs::InputQueue;
 use super::runs;
 use crate::protocol::{self, Greeting, Hello, Inputs, Notice, Pulse, PulseHead, Refusal, Request, ToolWire};
@@ -27,16 +28,12 @@ pub enum PeerError {
 pub struct Peer {
     inputs: InputQueue,
     last: Option<(ToolSample, bool)>,
-    /// What requests have cost and time has not yet paid off, in ticks.
-    spent_ticks: i64,
-    spent_at: Tick,
+    allowance: Allowance,
     /// When its line last lost something.
     lost_at: Option<Tick>,
 }
 
 impl Peer {
-    const TICKS_PER_REQUEST: i64 = 50;
-    const TICKS_AT_ONCE: i64 = 2000;
     /// How long a line that lost something counts as one that loses.
     const LOSSY_TICKS: i64 = 10_000;
 
@@ -65,18 +62,13 @@ impl Peer {
         Ok(protocol::decode::<{ protocol::CONTROL_MAX }, _>(frame)?)
     }
 
-    /// Whether a request may be answered: a person makes at most twenty plain ones a second for long, and a few at once.
-    ///
-    /// `cost` is what it costs the server, 1 for a plain one. A request too many is counted and not answered.
+    /// Whether a request may be answered; see [`Allowance::grant`]. A request too many is counted and not answered.
     pub fn may_ask(&mut self, now: Tick, cost: i64) -> bool {
-        let unpaid = (self.spent_ticks - now.since(self.spent_at)).max(0);
-        let spent = unpaid + cost * Self::TICKS_PER_REQUEST;
-        if spent > Self::TICKS_AT_ONCE {
+        let may = self.allowance.grant(now, cost);
+        if !may {
             self.inputs.count_request();
-            return false;
         }
-        (self.spent_ticks, self.spent_at) = (spent, now);
-        true
+        may
     }
 
     /// Notes that something did not arrive.

@@ -134,14 +134,6 @@ impl QuantisedGrid {
         &self.values[column as usize * rows..][..rows]
     }
 
-    /// Copies a tile's values out, column by column.
-    pub(super) fn tile_into(&self, tile: u32, values: &mut Vec<u16>) {
-        values.clear();
-        for column in self.columns(self.layout.window(tile)) {
-            values.extend_from_slice(column);
-        }
-    }
-
     /// Writes a tile's differences to the untouched surface.
     pub(super) fn since_untouched(&self, tile: u32, plane: &mut Plane) {
         plane.add(tile);

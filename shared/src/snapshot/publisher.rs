@@ -33,6 +33,11 @@ impl Publisher {
         Self { grids, versions, latest: Version(0), chain, last: Moment::default(), asked: Moment::default() }
     }
 
+    /// Numbers the snapshots from after a version on.
+    pub(super) const fn begin_after(&mut self, before: Version) {
+        self.latest = before;
+    }
+
     pub(super) const fn latest(&self) -> Version {
         self.latest
     }

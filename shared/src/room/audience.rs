@@ -1,0 +1,264 @@
+//! Those who look on: what each of them watches, and what fits into the bytes that each may get.
+//!
+//! Owns budgets and priorities; the clay comes from the benches' views, made once for everybody.
+//! Invariant: over any time, one gets no more than its budget for that time, a quarter of a second's more, and one message.
+
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+
+use super::bench::Bench;
+use super::pieces::bodies;
+use super::{Outbox, PeerId};
+use crate::protocol::{self, Body, Keyframe, Request, Sight, SightName};
+use crate::room::{Lane, Transmit};
+use crate::session::Allowance;
+use crate::snapshot::{Detail, SnapshotClock, Version};
+use crate::units::Tick;
+
+/// Most sights of one who watches.
+const SIGHTS_MAX: usize = 64;
+/// Ticks after which a sight says that nothing has happened, and its digest.
+const BEAT_TICKS: i64 = 1000;
+/// Bytes that UDP, IP and QUIC put round a message.
+const WRAPPING_BYTES: i64 = 57;
+
+/// Its share of the bytes against those of other sights, when there are too few for all.
+const fn weight(detail: Detail) -> i64 {
+    match detail {
+        Detail::Spectator => 4,
+        Detail::Gallery => 1,
+    }
+}
+
+/// What somebody may still be sent.
+#[derive(Clone, Copy, Debug)]
+struct Budget {
+    bytes_per_s: i64,
+    /// Thousandths of a byte; a debt when negative.
+    left: i64,
+    at: Tick,
+}
+
+impl Budget {
+    const fn new(bytes_per_s: u32, now: Tick) -> Self {
+        Self { bytes_per_s: bytes_per_s as i64, left: bytes_per_s as i64 * 250, at: now }
+    }
+
+    fn refill(&mut self, now: Tick) {
+        let passed = now.since(self.at).clamp(0, 1000);
+        self.left = (self.left + passed * self.bytes_per_s).min(self.bytes_per_s * 250);
+        self.at = now;
+    }
+
+    const fn spend(&mut self, bytes: i64) {
+        self.left -= bytes * 1000;
+    }
+}
+
+/// One wheel in one viewer's eyes.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    /// What it was sent up to; `None` when it needs a keyframe of the whole pot.
+    from: Option<Version>,
+    beat_at: Tick,
+    /// Bytes it has had, divided by its weight: who had least is next.
+    had: i64,
+}
+
+#[derive(Debug)]
+struct Viewer {
+    allowance: Allowance,
+    budget: Budget,
+    sights: BTreeMap<(usize, Detail), Shown>,
+    /// What the last one served had had: who wanted nothing for a while has saved nothing up.
+    level: i64,
+}
+
+/// Everybody who looks on.
+#[derive(Debug, Default)]
+pub(super) struct Audience {
+    viewers: BTreeMap<PeerId, Viewer>,
+    /// Requests beyond what a person makes, or for what there is not.
+    refused: u64,
+}
+
+/// Messages that are the same for all who were sent as much.
+type Made = BTreeMap<(usize, Detail, Version, bool), Vec<Vec<u8>>>;
+
+impl Audience {
+    pub(super) fn len(&self) -> usize {
+        self.viewers.len()
+    }
+
+    pub(super) fn peers(&self) -> impl Iterator<Item = PeerId> {
+        self.viewers.keys().copied()
+    }
+
+    pub(super) const fn refused(&self) -> u64 {
+        self.refused
+    }
+
+    pub(super) fn holds(&self, peer: PeerId) -> bool {
+        self.viewers.contains_key(&peer)
+    }
+
+    pub(super) fn let_in(&mut self, peer: PeerId, bytes_per_s: u32, now: Tick) {
+        let (allowance, budget) = (Allowance::default(), Budget::new(bytes_per_s, now));
+        let viewer = Viewer { allowance, budget, sights: BTreeMap::new(), level: 0 };
+        self.viewers.insert(peer, viewer);
+    }
+
+    /// Takes in a request; one for what there is not is counted and not answered.
+    pub(super) fn answer(&mut self, peer: PeerId, request: &Request, benches: &mut [Bench], now: Tick) {
+        let Some(viewer) = self.viewers.get_mut(&peer) else { return };
+        let (sight, have) = match *request {
+            Request::Watch { sight, have } => (sight, Some(have)),
+            Request::Unwatch { sight } => (sight, None),
+            _ => {
+                self.refused += 1;
+                return;
+            }
+        };
+        let place = usize::from(sight.wheel).wrapping_sub(1);
+        let Some(detail) = Detail::from_number(sight.detail).filter(|_| place < benches.len()) else {
+            self.refused += 1;
+            return;
+        };
+        let key = (place, detail);
+        let is_shown = viewer.sights.contains_key(&key);
+        let has_room = is_shown || have.is_none() || viewer.sights.len() < SIGHTS_MAX;
+        if !has_room || !viewer.allowance.grant(now, 1) {
+            self.refused += 1;
+            return;
+        }
+        match have {
+            Some(have) => {
+                benches[place].open_view(detail, now);
+                let from = (have > 0 && is_shown).then_some(Version(have));
+                let had = viewer.sights.get(&key).map_or(0, |shown| shown.had);
+                viewer.sights.insert(key, Shown { from, beat_at: now, had });
+            }
+            None => {
+                viewer.sights.remove(&key);
+                self.close_unwatched(key, benches);
+            }
+        }
+    }
+
+    pub(super) fn leave(&mut self, peer: PeerId, benches: &mut [Bench]) {
+        for (key, _) in self.viewers.remove(&peer).map(|viewer| viewer.sights).unwrap_or_default() {
+            self.close_unwatched(key, benches);
+        }
+    }
+
+    fn close_unwatched(&self, key: (usize, Detail), benches: &mut [Bench]) {
+        if !self.viewers.values().any(|viewer| viewer.sights.contains_key(&key)) {
+            benches[key.0].close_view(key.1);
+        }
+    }
+
+    /// Sends everybody what is due and fits, at the tick of a snapshot.
+    pub(super) fn serve(&mut self, benches: &mut [Bench], now: Tick, outbox: &mut Outbox) {
+        if self.viewers.is_empty() {
+            return;
+        }
+        for (place, bench) in benches.iter_mut().enumerate() {
+            bench.publish_views(now, |detail| is_due(place, detail, now));
+        }
+        let (mut made, mut keyframes) = (Made::new(), Made::new());
+        for (&peer, viewer) in &mut self.viewers {
+            viewer.budget.refill(now);
+            let mut order: Vec<_> = viewer
+                .sights
+                .iter()
+                .filter(|((place, detail), shown)| is_wanted(&benches[*place], *place, *detail, shown, now))
+                .map(|(&key, shown)| (shown.had.max(viewer.level), key))
+                .collect();
+            order.sort_unstable();
+            for (had, key) in order {
+                if viewer.budget.left <= 0 {
+                    break;
+                }
+                let (Some(shown), bench) = (viewer.sights.get_mut(&key), &benches[key.0]) else { continue };
+                let bytes = show(bench, key, shown, now, (&mut made, &mut keyframes), |lane| {
+                    outbox.push_back(Transmit { to: peer, lane });
+                });
+                viewer.budget.spend(bytes);
+                viewer.level = had;
+                shown.had = had + bytes / weight(key.1);
+            }
+        }
+    }
+}
+
+/// Whether a view is published with the snapshot at a tick; wheels take turns.
+fn is_due(place: usize, detail: Detail, now: Tick) -> bool {
+    (SnapshotClock::count(now) + place as u64).is_multiple_of(detail.every())
+}
+
+fn is_wanted(bench: &Bench, place: usize, detail: Detail, shown: &Shown, now: Tick) -> bool {
+    let Some(view) = bench.view(detail) else { return false };
+    let has_tools = detail == Detail::Spectator && bench.has_tools(now);
+    shown.from != Some(view.latest()) || (has_tools && is_due(place, detail, now)) || now >= shown.beat_at
+}
+
+/// Sends one sight; says how many bytes that took.
+fn show(
+    bench: &Bench,
+    (place, detail): (usize, Detail),
+    shown: &mut Shown,
+    now: Tick,
+    (made, keyframes): (&mut Made, &mut Made),
+    mut send: impl FnMut(Lane),
+) -> i64 {
+    let Some(view) = bench.view(detail) else { return 0 };
+    let name = SightName { wheel: place as u16 + 1, detail: detail.number() };
+    let is_beat = now >= shown.beat_at;
+    let mut bytes = 0;
+    let mut from = shown.from.filter(|from| *from <= view.latest());
+    if from.is_none_or(|from| view.ways_from(from).is_none()) {
+        let since = from.unwrap_or_default();
+        let all = keyframes.entry((place, detail, since, false)).or_insert_with(|| {
+            let keyframe = Keyframe {
+                version: view.latest().0,
+                since: since.0,
+                tick: view.tick().0,
+                acknowledged: 0,
+                sight: Some(name),
+                goes_on: true,
+                bytes: view.keyframe(since),
+            };
+            alloc::vec![protocol::encode(&keyframe)]
+        });
+        for keyframe in all {
+            bytes += keyframe.len() as i64 + WRAPPING_BYTES * (1 + keyframe.len() as i64 / 1200);
+            send(Lane::Keyframe(keyframe.clone()));
+        }
+        from = Some(view.latest());
+    }
+    let from = from.unwrap_or_default();
+    let datagrams = made.entry((place, detail, from, is_beat)).or_insert_with(|| {
+        let first = Body {
+            tick: view.tick().0,
+            latest: view.latest().0,
+            digest: is_beat.then(|| view.digest()),
+            tools: Some(if detail == Detail::Spectator { bench.tools(now) } else { Vec::new() }),
+            fragments: Vec::new(),
+        };
+        let bodies = bodies(&first, view.ways_from(from).into_iter().flatten());
+        let sights = bodies.into_iter().enumerate().map(|(number, body)| {
+            let turning = (number == 0).then(|| bench.turning(now));
+            protocol::encode(&Sight { name, turning, body })
+        });
+        sights.collect()
+    });
+    for datagram in datagrams {
+        bytes += datagram.len() as i64 + WRAPPING_BYTES;
+        send(Lane::Datagram(datagram.clone()));
+    }
+    if is_beat {
+        shown.beat_at = now.offset(BEAT_TICKS);
+    }
+    shown.from = Some(view.latest());
+    bytes
+}

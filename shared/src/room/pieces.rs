@@ -1,0 +1,48 @@
+//! What leads to a snapshot, cut into pieces that fit datagrams.
+//!
+//! Knows sizes and no clay.
+//! Invariant: a datagram made of a body is no longer than the protocol's longest.
+
+use alloc::vec::Vec;
+
+use crate::protocol::{self, Body, Fragment, FragmentOf};
+use crate::snapshot::Version;
+
+/// Snapshots whose way is kept for those who missed it: half a second of a potter's, in which most lines can ask and be
+/// answered.
+pub(super) const WAYS_MAX: usize = 32;
+/// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
+const FRAGMENT_BYTES: usize = 600;
+/// Room for what stands before the body, and for the fixed part of that.
+const OVERHEAD_BYTES: usize = 48;
+
+/// What leads to a version, cut into pieces.
+pub(super) fn fragments(version: Version, of: FragmentOf, bytes: &[u8]) -> Vec<Fragment> {
+    let count = bytes.len().div_ceil(FRAGMENT_BYTES).max(1);
+    (0..count)
+        .map(|index| {
+            let end = bytes.len().min((index + 1) * FRAGMENT_BYTES);
+            let bytes = bytes[index * FRAGMENT_BYTES..end].to_vec();
+            Fragment { version: version.0, of, index: index as u16, count: count as u16, bytes }
+        })
+        .collect()
+}
+
+/// Bodies that carry all fragments after what the first says, each small enough for a datagram.
+pub(super) fn bodies<'a>(first: &Body, fragments: impl Iterator<Item = &'a Fragment>) -> Vec<Body> {
+    let (tick, latest) = (first.tick, first.latest);
+    let mut size = protocol::encode(first).len() + OVERHEAD_BYTES;
+    let mut all = alloc::vec![first.clone()];
+    for fragment in fragments {
+        let added = fragment.bytes.len() + 16;
+        if size + added > protocol::DATAGRAM_MAX {
+            all.push(Body { tick, latest, digest: None, tools: None, fragments: Vec::new() });
+            size = OVERHEAD_BYTES;
+        }
+        size += added;
+        if let Some(body) = all.last_mut() {
+            body.fragments.push(fragment.clone());
+        }
+    }
+    all
+}
