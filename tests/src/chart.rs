@@ -23,6 +23,7 @@ mod raster;
 pub mod speed;
 pub mod stability;
 pub mod table1;
+pub mod transform;
 pub mod volume;
 
 use std::path::{Path, PathBuf};

@@ -18,5 +18,6 @@ pub mod programs;
 pub mod proxy;
 pub mod reference;
 pub mod stability;
+pub mod transform;
 pub mod twin;
 pub mod yardstick;

@@ -442,3 +442,41 @@ fn a_ray_passes_through_the_point_that_is_shown_there() {
     }
     assert_eq!(Camera::default().ray(Vec2::ZERO, 1.5).0, Camera::default().eye_m());
 }
+
+#[test]
+fn a_pot_that_is_cut_shows_its_wall_as_thick_as_it_is() {
+    let (gpu, pot) = (gpu(), Pot::new(PotSpec::default()).unwrap());
+    let apart = |one: [u8; 4], other: [u8; 4]| (0..4).map(|of| one[of].abs_diff(other[of])).max().unwrap();
+    for (azimuth_rad, turned) in [(0.0_f32, 0), (-1.2, 0), (2.0, 1 << 30), (3.1, 3 << 29)] {
+        let camera = Camera { azimuth_rad, elevation_rad: 0.0, ..Camera::default() };
+        let [whole, cut] = [false, true].map(|is_cut| -> Pixels {
+            let scene = Scene { camera, phase: Phase(turned), is_cut, ..Scene::default() };
+            bytemuck::pod_collect_to_vec(&picture_rgba(&gpu, &pot, &scene, WIDTH, HEIGHT).unwrap())
+        });
+        // on the plane through the axis that faces the camera, so far to the right of the axis
+        let (sin, cos) = azimuth_rad.sin_cos();
+        let at = |picture: &Pixels, aside_m: f32, z_m: f32| {
+            pixel(picture, &camera, Vec3::new(-sin * aside_m, cos * aside_m, z_m))
+        };
+        for side in [-1.0, 1.0] {
+            let [inner, middle] = [0.049, 0.056].map(|aside_m| at(&cut, side * aside_m, 0.1));
+            assert!(apart(inner, middle) > 12, "{azimuth_rad}: the wall {middle:?} is not told from {inner:?} within");
+            // the face is flat: across the wall it is of one colour but for the strokes of the wire
+            for aside_m in [0.053, 0.0545, 0.0575, 0.059] {
+                let face = at(&cut, side * aside_m, 0.1);
+                assert!(apart(face, middle) < 12, "{azimuth_rad}: {face:?} at {aside_m} m and {middle:?}");
+            }
+            // the floor is as thick as the wall
+            let [under, over] = [0.004, 0.02].map(|z_m| at(&cut, side * 0.02, z_m));
+            assert!(apart(under, over) > 8, "{azimuth_rad}: floor {under:?}, {over:?} above it");
+            // what is beside the pot stays as it was
+            assert_eq!(at(&whole, side * 0.075, 0.15), at(&cut, side * 0.075, 0.15));
+        }
+        let clay = whole.iter().filter(|pixel| is_clay(**pixel)).count();
+        let changed = whole.iter().zip(&cut).filter(|(whole, cut)| apart(**whole, **cut) > 12).count();
+        assert!(
+            changed > clay / 2,
+            "{azimuth_rad}: of {clay} pixels of clay {changed} changed: the nearer half is there"
+        );
+    }
+}

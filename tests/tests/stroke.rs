@@ -217,9 +217,12 @@ fn parsed(recorder: &StrokeRecorder) -> Result<Stroke, StrokeError> {
     Stroke::parse(&String::from_utf8(file).unwrap())
 }
 
+/// A time step, a place, a turn, whether the tool was lifted before it, and the tool that is taken up if another is.
+type Move = (f64, [f32; 3], [i16; 3], bool, Option<u8>);
+
 /// What a hand does: time steps from far too short to long, places from near to out of reach, and lifts.
 /// Now and then another tool is taken.
-fn hand() -> impl Strategy<Value = Vec<(f64, [f32; 3], [i16; 3], bool, Option<u8>)>> {
+fn hand() -> impl Strategy<Value = Vec<Move>> {
     let place = prop::array::uniform3(-0.7_f32..0.7);
     let turn = prop_oneof![Just([0; 3]), any::<[i16; 3]>()];
     let taken = prop::option::weighted(0.1, 0_u8..16);

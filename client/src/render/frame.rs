@@ -13,6 +13,8 @@ use super::scene::{Scene, ToolView};
 pub(super) const OUTLINE: usize = 8;
 /// Half the width over which a hollow is looked for, m: a fingertip's groove.
 const HOLLOW_REACH_M: f32 = 0.0025;
+/// Radius of an opening that shades nothing, m.
+const CUT_OPEN_M: f32 = 10.0;
 /// Radius at which that reach is counted in columns, m.
 const USUAL_RADIUS_M: f32 = 0.06;
 
@@ -184,7 +186,8 @@ impl FrameUniform {
             encodes: f32::from(u8::from(encodes)),
             aspect,
             pot_height_m: outline.height_m,
-            rim_inner_m: outline.rim_inner_m,
+            // light falls freely into a pot that is cut open
+            rim_inner_m: if scene.is_cut { CUT_OPEN_M } else { outline.rim_inner_m },
             foot_m: outline.foot_m,
             tools: tools.len().min(Scene::TOOLS_MAX) as u32,
             outline_m: outline.radii_m,

@@ -55,6 +55,14 @@ impl Gpu {
         pollster::block_on(Self::open(&instance, None))
     }
 
+    /// Opens every adapter that there is, without a window; those that refuse are left out.
+    #[must_use]
+    pub fn every() -> Vec<Self> {
+        let instance = wgpu::Instance::new(Self::instance_descriptor());
+        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        adapters.into_iter().filter_map(|adapter| pollster::block_on(Self::on(adapter)).ok()).collect()
+    }
+
     /// Opens the best adapter that can show pictures on `surface`.
     ///
     /// # Errors
@@ -70,6 +78,10 @@ impl Gpu {
             ..Default::default()
         };
         let adapter = instance.request_adapter(&options).await.map_err(|source| GpuError::NoAdapter { source })?;
+        Self::on(adapter).await
+    }
+
+    async fn on(adapter: wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("pottery"),

@@ -19,7 +19,9 @@ use super::{Gpu, Scene, ToolView};
 const HEAD_VERTICES: u32 = 3 * 128 * 6;
 const PAN_VERTICES: u32 = 6 * 128 * 6;
 const BALL_VERTICES: u32 = 40 * 20 * 6;
-const LIP_VERTICES: u32 = 8 * 6;
+const LIP_STEPS: u32 = 8;
+const LIP_VERTICES: u32 = LIP_STEPS * 6;
+const SEGMENT_VERTICES: u32 = 6;
 const FLOOR_VERTICES: u32 = 3;
 
 /// A skin of the pot on the device.
@@ -40,6 +42,38 @@ struct Targets {
     depth: wgpu::TextureView,
     /// The samples of each pixel, when there are several.
     samples: Option<wgpu::TextureView>,
+}
+
+/// Which strips of a ring of strips are drawn: so many from one on, round the seam as well.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    first: u32,
+    count: u32,
+    ring: u32,
+}
+
+impl Kept {
+    const fn whole(ring: u32) -> Self {
+        Self { first: 0, count: ring, ring }
+    }
+
+    /// The half behind the plane through the axis that faces the camera.
+    fn half(ring: u32, scene: &Scene<'_>) -> Self {
+        let turns = (f64::from(scene.camera.azimuth_rad) - scene.phase.radians()) / std::f64::consts::TAU + 0.25;
+        let first = (turns.rem_euclid(1.0) * f64::from(ring)).round() as u32 % ring;
+        Self { first, count: ring.div_ceil(2), ring }
+    }
+
+    /// As ranges that do not cross the seam.
+    fn strips(self) -> [std::ops::Range<u32>; 2] {
+        let end = self.first + self.count;
+        [self.first..end.min(self.ring), 0..end.saturating_sub(self.ring)]
+    }
+
+    /// The strip that it begins with, and the one that follows its last.
+    const fn edges(self) -> [u32; 2] {
+        [self.first, (self.first + self.count) % self.ring]
+    }
 }
 
 /// Draws one pot.
@@ -220,7 +254,7 @@ impl PotRenderer {
             ..Default::default()
         });
         pass.set_bind_group(0, &self.frame_group, &[]);
-        self.draw_clay(&mut pass, &meshes);
+        self.draw_clay(&mut pass, &meshes, scene);
         self.draw_tools(&mut pass, &tools);
         pass.set_pipeline(&self.pipelines.head);
         pass.draw(0..HEAD_VERTICES, 0..1);
@@ -276,15 +310,23 @@ impl PotRenderer {
         chosen
     }
 
-    fn draw_clay(&self, pass: &mut wgpu::RenderPass<'_>, meshes: &[(Stride, usize)]) {
-        for (drawing, &(_, mesh)) in self.skins.iter().zip(meshes) {
+    fn draw_clay(&self, pass: &mut wgpu::RenderPass<'_>, meshes: &[(Stride, usize)], scene: &Scene<'_>) {
+        let kept = |drawing: &SkinDrawing, stride: Stride| {
+            let ring = mesh_columns(drawing.shape, stride) - 1;
+            if scene.is_cut { Kept::half(ring, scene) } else { Kept::whole(ring) }
+        };
+        for (drawing, &(stride, mesh)) in self.skins.iter().zip(meshes) {
+            let kept = kept(drawing, stride);
             let mesh = self.meshes.mesh(mesh);
             let outwards = drawing.skin.faces_outwards;
             pass.set_pipeline(if outwards { &self.pipelines.outer_wall } else { &self.pipelines.inner_wall });
             pass.set_bind_group(1, &drawing.group, &[]);
             pass.set_bind_group(2, self.grids[drawing.skin.surface].relief(), &[]);
             pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..mesh.index_count, 0, 0..1);
+            let strip = mesh.index_count / (mesh_columns(drawing.shape, stride) - 1);
+            for strips in kept.strips() {
+                pass.draw_indexed(strips.start * strip..strips.end * strip, 0, 0..1);
+            }
         }
         // the outermost and the innermost skin meet at the rim; the latter holds the floor
         let faced =
@@ -295,10 +337,23 @@ impl PotRenderer {
             pass.set_pipeline(&self.pipelines.lip);
             pass.set_bind_group(1, &outer.group, &[]);
             pass.set_bind_group(2, &inner.group, &[]);
-            pass.draw(0..(mesh_columns(outer.shape, outer_stride) - 1) * LIP_VERTICES, 0..1);
+            let outer_kept = kept(outer, outer_stride);
+            for strips in outer_kept.strips() {
+                pass.draw(strips.start * LIP_VERTICES..strips.end * LIP_VERTICES, 0..1);
+            }
+            if scene.is_cut {
+                pass.set_pipeline(&self.pipelines.section);
+                let segments = (outer.shape.rows() - 2) / outer_stride.rows + 1 + LIP_STEPS;
+                for edge in outer_kept.edges() {
+                    let column = edge * outer_stride.columns;
+                    pass.draw(0..segments * SEGMENT_VERTICES, column..column + 1);
+                }
+            }
             pass.set_pipeline(&self.pipelines.floor);
             pass.set_bind_group(1, &inner.group, &[]);
-            pass.draw(0..(mesh_columns(inner.shape, inner_stride) - 1) * FLOOR_VERTICES, 0..1);
+            for strips in kept(inner, inner_stride).strips() {
+                pass.draw(strips.start * FLOOR_VERTICES..strips.end * FLOOR_VERTICES, 0..1);
+            }
         }
     }
 

@@ -1,4 +1,4 @@
-// The lip between two skins and the floor within; follows transform.wgsl, frame.wgsl, light.wgsl and body.wgsl.
+// The lip between two skins, the floor within, and the face where the pot is cut; follows transform.wgsl, frame.wgsl, light.wgsl and body.wgsl.
 
 @group(2) @binding(0) var<uniform> inner: Skin;
 @group(2) @binding(1) var inner_radii: texture_2d<f32>;
@@ -75,4 +75,53 @@ fn floor_fragment(floor_point: Floor) -> @location(0) vec4<f32> {
     let fade = smoothstep(0.0, 0.008, away);
     let normal = normalize(vec3<f32>(-at / max(away, 1e-4) * wave * 0.16 * fade, 1.0));
     return pixel_from(clay(floor_point.position_m, normal, -0.1 * wave, 0.15 * wave, true));
+}
+
+// A drawing's face and no lit one: told from clay in any light, radiance.
+const FRESH: vec3<f32> = vec3<f32>(0.36, 0.29, 0.26);
+
+// The face where the pot is cut along the column that the instance counts: wall and floor up to the rim, then the lip's half
+// ellipse. A segment lies between two rows of the outer wall.
+@vertex
+fn section_vertex(@builtin(vertex_index) vertex_index: u32, @builtin(instance_index) instance: u32) -> Floor {
+    let segments = (skin.rows - 2u) / skin.row_stride + 1u;
+    let outer_column = instance % skin.columns;
+    let inner_column = outer_column * inner.columns / skin.columns;
+    let segment = vertex_index / 6u;
+    let corner = vertex_index % 6u;
+    let upper = u32(corner == 2u || corner == 4u || corner == 5u);
+    let towards_axis = corner == 1u || corner == 2u || corner == 4u;
+    let row = min((segment + upper) * skin.row_stride, skin.rows - 1u);
+    let inner_row = row * (inner.rows - 1u) / (skin.rows - 1u);
+    let is_floor = (segment + 1u) * skin.row_stride <= inner.first_row;
+    let outer_edge = element_at(skin, radii, outer_column, row);
+    let inner_edge = element_at(inner, inner_radii, inner_column, inner_row);
+    var cut: Floor;
+    cut.position_m = outer_edge.position_m;
+    if towards_axis {
+        cut.position_m = inner_edge.position_m;
+        cut.position_m.z = outer_edge.position_m.z;
+        if is_floor {
+            cut.position_m = vec3<f32>(0.0, 0.0, outer_edge.position_m.z);
+        }
+    }
+    if segment >= segments {
+        // a fan under the lip, whose middle is that of the rim
+        let step = segment - segments + u32(corner == 1u);
+        let angle = 2.0 * QUARTER_TURN * f32(step) / f32(LIP_STEPS);
+        let half_m = 0.5 * length(outer_edge.position_m.xy - inner_edge.position_m.xy);
+        let share = select(0.5 - 0.5 * cos(angle), 0.5, corner > 1u);
+        cut.position_m = mix(outer_edge.position_m, inner_edge.position_m, share);
+        cut.position_m.z += select(2.0 * LIP_RISE * half_m * sin(angle), 0.0, corner > 1u);
+    }
+    cut.position_m = room_from_pot(cut.position_m);
+    cut.clip = frame.clip_from_room * vec4<f32>(cut.position_m, 1.0);
+    return cut;
+}
+
+@fragment
+fn section_fragment(cut: Floor) -> @location(0) vec4<f32> {
+    // strokes of the wire, two millimetres apart
+    let stroke = 0.5 + 0.5 * sin((cut.position_m.z + 0.3 * length(cut.position_m.xy)) * TURN / 0.002);
+    return pixel_from(FRESH * (0.85 + 0.15 * stroke));
 }

@@ -21,6 +21,8 @@ pub struct Scene<'a> {
     pub rack: &'a [ConvexTool],
     /// From 0, leather-hard, to 1, under a film of water.
     pub wetness: f32,
+    /// Whether the half of the pot that is nearer to the camera is cut away, to the column, so that its wall shows.
+    pub is_cut: bool,
 }
 
 impl Scene<'_> {
@@ -31,7 +33,7 @@ impl Scene<'_> {
 impl Default for Scene<'_> {
     /// Wet clay at rest, nobody at the wheel.
     fn default() -> Self {
-        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], rack: &[], wetness: 0.8 }
+        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], rack: &[], wetness: 0.8, is_cut: false }
     }
 }
 

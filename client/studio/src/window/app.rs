@@ -35,6 +35,8 @@ const PUSH_STEP_M: f32 = 0.001;
 const TURN_STEP_DEG: f32 = 5.0;
 /// What it leans a tool by: over the length of a rib, that is 2 mm.
 const LEAN_STEP_DEG: f32 = 1.0;
+/// The steepest view that the mouse reaches as well, rad.
+const FROM_ABOVE_RAD: f32 = 1.4;
 /// What one key makes the clay wetter or drier by.
 const WETNESS_STEP: f32 = 0.02;
 /// People's colours, linear RGB, in the order of their joining.
@@ -100,6 +102,8 @@ pub(super) struct App {
     rpm_before_stop: f32,
     last_frame: Instant,
     next_frame: Instant,
+    /// Whether the pot is shown cut open.
+    is_cut: bool,
     drawn_phase: Phase,
     drawn_tool_m: Option<Vec3>,
     /// The finger that holds the tool.
@@ -133,7 +137,7 @@ impl App {
             potter.command(Command::Bring(Arc::clone(brought)));
         }
         let view = potter.view().lock();
-        let hand = Hand::new(&view.pot);
+        let (hand, camera) = (Hand::new(&view.pot), Camera::on(&view.pot));
         let panel = PanelState {
             rpm: view.conditions.wheel.speed(potter.tick()).0,
             holding: tool.holding.clone(),
@@ -166,7 +170,7 @@ impl App {
             stage: None,
             egui: egui::Context::default(),
             egui_input: None,
-            camera: Camera::default(),
+            camera,
             hand,
             refusal: None,
             takes_brought: tool.takes_brought,
@@ -177,6 +181,7 @@ impl App {
             turning_view: false,
             last_frame: Instant::now(),
             next_frame: Instant::now(),
+            is_cut: false,
             drawn_phase: Phase::default(),
             drawn_tool_m: None,
             finger: None,
@@ -263,7 +268,10 @@ impl App {
             }
             Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
             Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
-            Key::Character("r" | "R") => self.camera = Camera::default(),
+            Key::Character("r" | "R" | "1") => self.camera = Camera::on(&self.potter.view().lock().pot),
+            Key::Character("2") => self.camera.elevation_rad = 0.0,
+            Key::Character("3") => self.camera.elevation_rad = FROM_ABOVE_RAD,
+            Key::Character("k" | "K") => self.is_cut = !self.is_cut,
             Key::Character("c" | "C") => {
                 if let Some(monitor) = &self.held.monitor {
                     monitor.recentre();
@@ -292,7 +300,7 @@ impl App {
         let size = stage.window.inner_size();
         if self.turning_view {
             self.camera.azimuth_rad -= by.x * 0.008;
-            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
         self.hand.point_to(Some(ndc));
@@ -461,8 +469,14 @@ impl App {
         };
         // in the middle of what the panel leaves free, unless that is too little for a pot
         self.camera.aside_ndc = if self.panel.covers < COVERS_MAX { self.panel.covers } else { 0.0 };
-        let scene =
-            Scene { camera: self.camera, phase: self.drawn_phase, tools: &tools, rack: &rack, ..Scene::default() };
+        let scene = Scene {
+            camera: self.camera,
+            phase: self.drawn_phase,
+            tools: &tools,
+            rack: &rack,
+            is_cut: self.is_cut,
+            ..Scene::default()
+        };
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
         self.potter.status().switch_force_off(self.panel.is_force_off);

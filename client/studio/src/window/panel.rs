@@ -87,7 +87,7 @@ pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetne
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 17] = [
+const KEYS: [(&str, &str); 19] = [
     ("Enter", "no force at once; again: force"),
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
@@ -101,7 +101,9 @@ const KEYS: [(&str, &str); 17] = [
     ("F G, Alt + wheel; X", "lean it; upright again"),
     ("V B", "drier, wetter clay"),
     ("C", "a device's middle is here"),
-    ("R", "view as at first"),
+    ("R or 1", "view as at first"),
+    ("2, 3", "as a profile, from above"),
+    ("K", "cut the pot open, close it"),
     ("Ctrl + S, Ctrl + E", "save the pot, export it"),
     ("P", "fold the panel, open it"),
     ("H, Esc", "these keys, leave"),

@@ -9,6 +9,7 @@ mod failures;
 mod finite_elements;
 mod fit;
 mod stability;
+mod transform;
 
 use std::process::ExitCode;
 
@@ -26,6 +27,8 @@ Examples:
       which method kicks, sinks, loses clay or breaks, and by how much
   accuracy-chart stability --out stability
       which method trembles in a hand, gives energy back or jolts, and how stiff it may be at which delay
+  accuracy-chart transform --out transform
+      what a picture costs with vertices made by the processor, as the paper's original did, and by the graphics card
   accuracy-chart fit
       where the constants of the studio's own clay come from, and how near they bring it";
 
@@ -52,6 +55,8 @@ enum Command {
     Failures(failures::FailuresFlags),
     /// Put every method into simulated hands, and print and write how firmly they can hold on
     Stability(stability::StabilityFlags),
+    /// Draw a pot that is being pressed, with its vertices made by the processor and by the graphics card
+    Transform(transform::TransformFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
     FiniteElements(finite_elements::FiniteElementsFlags),
     /// Fit the studio's own clay to the finite-element dents again, and print the constants beside those in use
@@ -68,6 +73,7 @@ fn main() -> ExitCode {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
         (Some(Command::Failures(flags)), _) => failures::run(&flags),
         (Some(Command::Stability(flags)), _) => stability::run(&flags),
+        (Some(Command::Transform(flags)), _) => transform::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Fit(flags)), _) => fit::run(&flags),
         (Some(Command::Chart(flags)), _) | (None, Some(flags)) => chart::run(&flags),
