@@ -11,6 +11,8 @@ use pottery_shared::haptics::Fault;
 use pottery_shared::prediction::Patch;
 use pottery_shared::tool::ToolSample;
 
+use crate::sound::Rub;
+
 /// Samples the ring holds: the network may stall for four seconds.
 const RING_SAMPLES: usize = 4096;
 
@@ -26,6 +28,8 @@ pub struct Status {
     /// Force on the hand, N, as bits; written by the 1 kHz thread, as all that follows.
     force_n: AtomicU32,
     elements: AtomicU32,
+    /// How the tool rubs the clay: N, m/s and wetness, as bits.
+    rub: [AtomicU32; 3],
     fault: AtomicU32,
     /// The tool's centre, m, as bits; not a number while there is no tool in hand.
     tool_m: [AtomicU32; 3],
@@ -77,6 +81,20 @@ impl Status {
         };
         self.fault.store(fault, Ordering::Relaxed);
         self.ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn note_rub(&self, rub: Rub) {
+        for (stored, value) in self.rub.iter().zip([rub.force_n, rub.slip_m_s, rub.wetness]) {
+            stored.store(value.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// How the tool rubs the clay, whether its force is given or not; its figures may be a tick apart.
+    #[must_use]
+    pub fn rub(&self) -> Rub {
+        let [force_n, slip_m_s, wetness] =
+            [0, 1, 2].map(|figure| f32::from_bits(self.rub[figure].load(Ordering::Relaxed)));
+        Rub { force_n, slip_m_s, wetness }
     }
 
     pub(crate) fn note_tool(&self, centre_m: Option<Vec3>) {

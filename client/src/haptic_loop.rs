@@ -17,6 +17,7 @@ use pottery_shared::units::{Seconds, Tick};
 use crate::boundary::HandSide;
 use crate::device::Device;
 use crate::pacing::{Pacing, wait_until};
+use crate::sound::Rub;
 
 /// Longest time that the histograms tell apart, ns: a second.
 const NS_MAX: u64 = 1_000_000_000;
@@ -31,6 +32,8 @@ pub struct HapticLoop {
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
+    /// Where the last sample was pressed, while a tool is in the hand.
+    last_centre: Option<Position>,
     last_local: u64,
     felt: Felt,
     force_mn: Histogram<u64>,
@@ -47,6 +50,7 @@ impl std::fmt::Debug for HapticLoop {
 struct Felt {
     force_n: Vec3,
     elements: u32,
+    rub: Rub,
 }
 
 /// What the thread measured.
@@ -85,6 +89,7 @@ impl HapticLoop {
             side,
             catching_up: false,
             last_stamp: None,
+            last_centre: None,
             last_local: 0,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
@@ -109,15 +114,17 @@ impl HapticLoop {
         match self.haptics.accept(reported, self.device.velocity(), dt) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
-                self.felt = self.press(stamp, tool, centre);
+                self.felt = self.press(stamp, tool, centre, dt);
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}
             None => {
                 self.hand.put_down();
                 self.felt = Felt::default();
+                self.last_centre = None;
             }
         }
+        self.side.status.note_rub(self.felt.rub);
         if self.side.status.is_force_off() {
             self.haptics.withhold();
             self.felt.force_n = Vec3::ZERO;
@@ -133,7 +140,7 @@ impl HapticLoop {
     }
 
     /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
+    fn press(&mut self, tick: Tick, tool: Tool, centre: Position, dt: Seconds) -> Felt {
         let side = self.hand.side(tick, tool, centre);
         let has_proxy = self.haptics.stages().proxy;
         let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
@@ -144,12 +151,19 @@ impl HapticLoop {
             return Felt::default();
         }
         let Contact { force_n, elements, penetration_m, .. } = self.hand.press(&sample);
-        let wet = (self.hand.method() == MethodKind::Plastic).then(|| {
-            let (clay_velocity_m_s, element_m2, material) = self.hand.ground(&sample);
-            Wet { clay_velocity_m_s, area_m2: element_m2 * elements as f32, material }
-        });
+        let (clay_velocity_m_s, element_m2, material) = self.hand.ground(&sample);
+        let wet = Wet { clay_velocity_m_s, area_m2: element_m2 * elements as f32, material };
+        let wet = Some(wet).filter(|_| self.hand.method() == MethodKind::Plastic);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
-        Felt { force_n, elements }
+        let before = self.last_centre.replace(centre).unwrap_or(centre);
+        let rub = if elements > 0 {
+            let tool_velocity_m_s = (centre.point_m() - before.point_m()) / dt.0;
+            let slip_m_s = clay_velocity_m_s.distance(tool_velocity_m_s);
+            Rub { force_n: force_n.length(), slip_m_s, wetness: material.wetness().liquidity_index() }
+        } else {
+            Rub::default()
+        };
+        Felt { force_n, elements, rub }
     }
 
     fn catch_up(&mut self) {

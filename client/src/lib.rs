@@ -15,6 +15,7 @@ mod pacing;
 pub mod pot_file;
 mod potter;
 pub mod render;
+pub mod sound;
 mod streams;
 pub mod stroke;
 pub mod tool_file;

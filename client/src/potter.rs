@@ -129,7 +129,7 @@ impl Potter {
 
     /// What the hand feels, and the switch that lifts its tool.
     #[must_use]
-    pub fn status(&self) -> &Status {
+    pub const fn status(&self) -> &Arc<Status> {
         &self.status
     }
 

@@ -56,7 +56,7 @@ tool file is STL or OBJ in millimetres: one closed convex solid of at most 1280 
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
 wheel sets how deep it presses, right button drags the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
-X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view,
+X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view, M sound,
 Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
 
 #[derive(Debug, Subcommand)]
@@ -124,6 +124,9 @@ struct HoldFlags {
     /// Keep the hand's 1 kHz thread on one core, counted from 0; best one that the system leaves alone (isolcpus on Linux)
     #[arg(long, value_name = "N")]
     pin_core: Option<Core>,
+    /// Begin without the sound of the clay; M in the window turns it on
+    #[arg(long)]
+    mute: bool,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -326,6 +329,7 @@ pub(crate) struct WindowSession {
     pub(crate) device: DeviceChoice,
     /// Where the hand has its thread.
     pub(crate) core: Option<Core>,
+    pub(crate) is_muted: bool,
     /// What a simulated hand follows that was given no stroke.
     pub(crate) stroke: Arc<Stroke>,
     /// The pot file that is gone on with.
@@ -490,8 +494,8 @@ fn window(
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
     let tool = tool.choice()?;
-    let (core, record) = (hold.pin_core, record.cloned());
-    Ok(Mode::Window(WindowSession { place, device, core, stroke, opened, tool, record }))
+    let (core, is_muted, record) = (hold.pin_core, hold.mute, record.cloned());
+    Ok(Mode::Window(WindowSession { place, device, core, is_muted, stroke, opened, tool, record }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

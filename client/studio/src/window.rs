@@ -17,6 +17,7 @@ use std::time::Duration;
 use anyhow::Context;
 use pottery_client::device::{OpenedDevice, pointer};
 use pottery_client::render::Gpu;
+use pottery_client::sound::Sound;
 use pottery_client::{Claim, Potter, PotterOptions, Priority};
 use winit::event_loop::EventLoop;
 
@@ -91,7 +92,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
             flag.store(true, Ordering::Relaxed);
         }
     });
-    let held = Held { name: session.device.name(), monitor };
+    let status = Arc::clone(potter.status());
+    let sound = Sound::start(session.is_muted, move || status.rub());
+    let held = Held { name: session.device.name(), monitor, sound, is_muted: session.is_muted };
     let files = Files::new(session.opened.as_deref());
     let mut app = App::new(potter, asked, held, invitation, files, interrupted, &session.tool);
     event_loop.run_app(&mut app).context("the window failed")?;

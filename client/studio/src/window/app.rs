@@ -11,6 +11,7 @@ use glam::{Vec2, Vec3};
 use pottery_client::device::{Monitor, Pointer};
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{Camera, Scene, ToolView};
+use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
 use pottery_shared::clay::{Material, Phase, Wetness};
@@ -77,6 +78,10 @@ pub(super) struct Held {
     pub(super) name: &'static str,
     /// What its driver says, if it has one.
     pub(super) monitor: Option<Arc<Monitor>>,
+    /// What is heard of it.
+    pub(super) sound: Sound,
+    /// Whether it begins without.
+    pub(super) is_muted: bool,
 }
 
 /// The window's state.
@@ -147,6 +152,8 @@ impl App {
             force_n: 0.0,
             is_touching: false,
             is_force_off: false,
+            is_heard: !held.is_muted,
+            no_sound: None,
             people: Vec::new(),
             round_trip_ms: 0.0,
             late_percent: 0.0,
@@ -278,6 +285,7 @@ impl App {
                 }
             }
             Key::Character("p" | "P") => self.panel.fold(),
+            Key::Character("m" | "M") => self.panel.is_heard = !self.panel.is_heard,
             Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
             _ => {}
         }
@@ -399,6 +407,7 @@ impl App {
         let status = self.potter.status();
         self.panel.force_n = status.force_n();
         self.panel.is_touching = status.elements() > 0;
+        self.panel.no_sound = self.held.sound.trouble().map(ToString::to_string);
         self.panel.pushed_mm = self.hand.pushed_m() * 1e3;
         self.panel.late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
         let rate = 1.0 / seconds.max(1e-3);
@@ -480,6 +489,7 @@ impl App {
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
         self.potter.status().switch_force_off(self.panel.is_force_off);
+        self.held.sound.mute(!self.panel.is_heard);
         self.ask();
         Ok(())
     }

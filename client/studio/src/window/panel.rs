@@ -53,6 +53,9 @@ pub(super) struct PanelState {
     pub(super) is_touching: bool,
     /// The person wants no force.
     pub(super) is_force_off: bool,
+    /// The person wants to hear the clay, and why it cannot be.
+    pub(super) is_heard: bool,
+    pub(super) no_sound: Option<String>,
     pub(super) people: Vec<Person>,
     pub(super) round_trip_ms: f32,
     pub(super) late_percent: f32,
@@ -87,7 +90,7 @@ pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetne
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-const KEYS: [(&str, &str); 19] = [
+const KEYS: [(&str, &str); 20] = [
     ("Enter", "no force at once; again: force"),
     ("left button", "press the tool in"),
     ("mouse wheel, W S", "push deeper, let out"),
@@ -101,6 +104,7 @@ const KEYS: [(&str, &str); 19] = [
     ("F G, Alt + wheel; X", "lean it; upright again"),
     ("V B", "drier, wetter clay"),
     ("C", "a device's middle is here"),
+    ("M", "hear the clay or not"),
     ("R or 1", "view as at first"),
     ("2, 3", "as a profile, from above"),
     ("K", "cut the pot open, close it"),
@@ -162,6 +166,14 @@ pub(super) fn show(
             }
             let touch = if state.is_touching { "touching the clay" } else { "not touching" };
             ui.label(format!("{touch}; pushed in {:.1} mm", state.pushed_mm.max(0.0)));
+            match &state.no_sound {
+                None => {
+                    ui.checkbox(&mut state.is_heard, "hear the clay (M)");
+                }
+                Some(reason) => {
+                    ui.label(RichText::new("no sound here").small()).on_hover_text(reason);
+                }
+            }
             ui.separator();
             files.show(ui);
             ui.separator();
