@@ -23,6 +23,8 @@ use glam::Vec3;
 use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 
+use crate::sound::Rub;
+
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
 pub use choice::{ChoiceError, DeviceChoice, OpenedDevice, Survey, survey};
 pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, Reported, SILENCE, Watch};
@@ -58,6 +60,9 @@ pub trait Device: Send {
 
     /// Takes the force to give to the hand, N.
     fn set_force(&mut self, force_n: Vec3);
+
+    /// Takes how the tool rubs the clay, before the force, for a device that lets a hand feel it in another way; most do not.
+    fn set_rub(&mut self, _: Rub) {}
 
     /// What it can render; asked once, before the first tick.
     fn specs(&self) -> DeviceSpecs;

@@ -128,7 +128,9 @@ impl HapticLoop {
         if self.side.status.is_force_off() {
             self.haptics.withhold();
             self.felt.force_n = Vec3::ZERO;
+            self.felt.rub = Rub::default();
         }
+        self.device.set_rub(self.felt.rub);
         self.device.set_force(self.felt.force_n);
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
         let newtons = self.felt.force_n.length();

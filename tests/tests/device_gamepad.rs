@@ -94,6 +94,10 @@ fn trigger_presses_and_the_motors_follow_the_force() {
     assert_eq!(pad.hum(), (0.0, 0.0));
     pad.show(PULLED);
     session.until("the clay pushes and the pad hums", |session| session.force_n() > 0.2 && pad.hum().0 > 0.03);
+    // the pot stands still: only a tool that goes along it rubs
+    session.until("the light motor rests", |_| pad.hum().1 == 0.0 && pad.hum().0 > 0.03);
+    pad.show(Sticks { left: Vec2::Y, ..PULLED });
+    session.until("it hums with the slip", |_| pad.hum().1 > 0.03);
     pad.show(Sticks::default());
     session.until("it is quiet", |session| session.force_n() == 0.0 && pad.hum() == (0.0, 0.0));
 }

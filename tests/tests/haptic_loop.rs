@@ -218,6 +218,7 @@ fn device_with_a_driver_allocates_nothing_in_the_tick() {
                 monitor.recentre();
             }
             place = device.position(seconds);
+            device.set_rub(Rub { force_n: 1.0, slip_m_s: 0.1, wetness: 0.3 });
             device.set_force(Vec3::splat(device.velocity().map_or(0.0, |velocity| velocity.x)));
             std::hint::black_box((device.buttons(), device.tool(), device.orientation()));
         });

@@ -37,7 +37,10 @@ const TICK_PATH: [(&str, &[&str]); 15] = [
             "is_force_off",
         ],
     ),
-    ("client/src/device/driven.rs", &["position", "velocity", "buttons", "tool", "orientation", "set_force"]),
+    (
+        "client/src/device/driven.rs",
+        &["position", "velocity", "buttons", "tool", "orientation", "set_rub", "set_force"],
+    ),
     ("client/src/device/pointer.rs", &["asked", "position", "tool", "orientation", "set_force"]),
     ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
     (

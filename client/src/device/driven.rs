@@ -15,6 +15,7 @@ use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
 use super::{Calibration, Device, DeviceFault, PointerDevice};
+use crate::sound::Rub;
 
 /// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
 /// desktop system take up to 30 ms.
@@ -39,6 +40,14 @@ pub struct Reading {
     pub velocity_m_s: Option<Vec3>,
     /// Buttons that are down: bit n is button n.
     pub buttons: u32,
+}
+
+/// What the tick gives a driver.
+#[derive(Clone, Copy, Debug, Default)]
+struct Given {
+    /// In the device's frame.
+    force_n: Vec3,
+    slip_m_s: f32,
 }
 
 /// What a device says of itself, as far as it does.
@@ -146,9 +155,9 @@ impl Monitor {
 #[derive(Debug)]
 pub struct Port {
     readings: triple_buffer::Input<Option<Reading>>,
-    forces: triple_buffer::Output<Vec3>,
+    given: triple_buffer::Output<Given>,
     monitor: Arc<Monitor>,
-    force_heard: Instant,
+    given_at: Instant,
     peak_n: f32,
 }
 
@@ -184,14 +193,24 @@ impl Port {
 
     /// The force to give now, N in the device's frame: zero when the tick has been silent for [`SILENCE`].
     pub fn force_n(&mut self) -> Vec3 {
-        if self.forces.update() {
-            self.force_heard = Instant::now();
-        }
-        if self.is_closing() || self.force_heard.elapsed() > SILENCE {
-            return Vec3::ZERO;
-        }
-        let force_n = *self.forces.output_buffer();
+        let force_n = self.newest().force_n;
         if force_n.is_finite() { force_n.clamp_length_max(self.peak_n) } else { Vec3::ZERO }
+    }
+
+    /// How fast the clay goes by under the tool that presses it, m/s: for a device that hums. Zero when the force is.
+    pub fn slip_m_s(&mut self) -> f32 {
+        self.newest().slip_m_s
+    }
+
+    /// What was given last, or nothing when that was too long ago.
+    fn newest(&mut self) -> Given {
+        if self.given.update() {
+            self.given_at = Instant::now();
+        }
+        if self.is_closing() || self.given_at.elapsed() > SILENCE {
+            return Given::default();
+        }
+        *self.given.output_buffer()
     }
 
     /// Whether the device is to be left.
@@ -269,7 +288,8 @@ impl Default for Pace {
 #[derive(Debug)]
 pub struct DrivenDevice {
     readings: triple_buffer::Output<Option<Reading>>,
-    forces: triple_buffer::Input<Vec3>,
+    given: triple_buffer::Input<Given>,
+    slip_m_s: f32,
     monitor: Arc<Monitor>,
     thread: Option<JoinHandle<()>>,
     calibration: Calibration,
@@ -297,14 +317,14 @@ impl DrivenDevice {
         pointer: PointerDevice,
     ) -> std::io::Result<Self> {
         let (reading_in, readings) = triple_buffer::TripleBuffer::new(&None).split();
-        let (forces, force_out) = triple_buffer::TripleBuffer::new(&Vec3::ZERO).split();
+        let (given, given_out) = triple_buffer::TripleBuffer::new(&Given::default()).split();
         let monitor = Arc::new(Monitor::default());
         let delay = driver.delay();
         let port = Port {
             readings: reading_in,
-            forces: force_out,
+            given: given_out,
             monitor: Arc::clone(&monitor),
-            force_heard: Instant::now(),
+            given_at: Instant::now(),
             peak_n: f32::INFINITY,
         };
         let thread = std::thread::Builder::new().name("device".into()).spawn(move || supervise(driver, port))?;
@@ -316,7 +336,8 @@ impl DrivenDevice {
         let (thread, turned) = (Some(thread), Orientation::default());
         Ok(Self {
             readings,
-            forces,
+            given,
+            slip_m_s: 0.0,
             monitor,
             thread,
             calibration,
@@ -352,7 +373,7 @@ impl DrivenDevice {
     }
 
     fn end(&mut self) {
-        self.forces.write(Vec3::ZERO);
+        self.given.write(Given::default());
         self.monitor.is_closing.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
@@ -416,10 +437,17 @@ impl Device for DrivenDevice {
         self.turned
     }
 
+    fn set_rub(&mut self, rub: Rub) {
+        self.slip_m_s = rub.slip_m_s;
+    }
+
     fn set_force(&mut self, force_n: Vec3) {
         // the pointer's force is not the device's
-        let force_n = if self.last.is_some() { force_n } else { Vec3::ZERO };
-        self.forces.write(self.calibration.force_to_device(force_n));
+        self.given.write(if self.last.is_some() {
+            Given { force_n: self.calibration.force_to_device(force_n), slip_m_s: self.slip_m_s }
+        } else {
+            Given::default()
+        });
     }
 
     fn specs(&self) -> DeviceSpecs {

@@ -32,6 +32,10 @@ const REST_M: f32 = -0.022;
 const DEAD: f32 = 0.12;
 /// Force at which the motors hum their loudest, N.
 const LOUDEST_N: f32 = 3.3;
+/// Slip at which the light motor hums half as loud as it does at last, and below which there is none, m/s: places are rounded to 10 µm,
+/// which looks like 10 mm/s.
+const HALF_LIGHT_M_S: f32 = 0.2;
+const STILL_M_S: f32 = 0.02;
 /// Time between two changes of the hum, and changes too small to make.
 const HUM_EVERY: Duration = Duration::from_millis(40);
 const HUM_STEP: f32 = 0.02;
@@ -127,7 +131,7 @@ impl<P: Pads> Driver for GamepadDriver<P> {
             place.follow(sticks, (now - last).as_secs_f32());
             last = now;
             port.publish(Reading { position_m: place.tool_m(), velocity_m_s: None, buttons: sticks.buttons });
-            hum.follow(pad.as_mut(), port.force_n().length(), now)?;
+            hum.follow(pad.as_mut(), port.force_n().length(), port.slip_m_s(), now)?;
             pace.wait();
         }
         pad.hum(0.0, 0.0)
@@ -181,21 +185,19 @@ impl Place {
 struct Hum {
     heavy: f32,
     light: f32,
-    force_n: f32,
     looked: Option<Instant>,
     told: Option<Instant>,
 }
 
 impl Hum {
-    /// The heavy motor follows the force, the light one its changes: grit and slip.
-    fn follow(&mut self, pad: &mut dyn Pad, force_n: f32, now: Instant) -> Result<(), DeviceFault> {
+    /// The heavy motor follows the force, and the light one how fast the clay goes by under it.
+    fn follow(&mut self, pad: &mut dyn Pad, force_n: f32, slip_m_s: f32, now: Instant) -> Result<(), DeviceFault> {
         if self.looked.is_some_and(|looked| now - looked < HUM_EVERY) {
             return Ok(());
         }
         self.looked = Some(now);
         let heavy = (force_n / LOUDEST_N).min(1.0);
-        let light = ((force_n - self.force_n).abs() / (0.25 * LOUDEST_N)).min(1.0);
-        self.force_n = force_n;
+        let light = if slip_m_s > STILL_M_S { heavy.sqrt() * slip_m_s / (slip_m_s + HALF_LIGHT_M_S) } else { 0.0 };
         let is_news = (heavy - self.heavy).abs() > HUM_STEP
             || (light - self.light).abs() > HUM_STEP
             || (heavy == 0.0) != (self.heavy == 0.0)
