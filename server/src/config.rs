@@ -36,6 +36,8 @@ pub struct ServerConfig {
     pub wheel_speed: Rpm,
     /// What the clay is made of at first.
     pub clay: Material,
+    /// A session file to be written, which must not exist yet.
+    pub record: Option<PathBuf>,
 }
 
 impl ServerConfig {
@@ -79,6 +81,7 @@ impl Default for ServerConfig {
             method: MethodKind::default(),
             wheel_speed: Rpm(60.0),
             clay: Material::default(),
+            record: None,
         }
     }
 }

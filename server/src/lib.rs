@@ -8,6 +8,7 @@ mod config;
 mod connection;
 mod event;
 mod link;
+pub mod recording;
 mod server;
 mod ticking;
 mod transport;

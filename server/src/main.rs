@@ -35,6 +35,9 @@ struct Flags {
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs)
     #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
     wetness: Option<Wetness>,
+    /// Session file to write while the studio is open: pottery-studio replay goes through it again. It must not exist yet
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, method,
     /// wheel_rpm, clay, wetness, support
     #[arg(long)]
@@ -45,7 +48,8 @@ const EXAMPLES: &str = "Examples:
   pottery-server                                  one wheel, a fresh join code
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
   pottery-server --listen 127.0.0.1:5000          this machine only
-  pottery-server --clay soft                      wetter clay on every wheel";
+  pottery-server --clay soft                      wetter clay on every wheel
+  pottery-server --record monday.session          keep what happens, for pottery-studio replay";
 
 fn support(text: &str) -> Result<Support, String> {
     Support::from_name(text).ok_or_else(|| "choose backed or hollow".into())
@@ -85,6 +89,7 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.listen = flags.listen.unwrap_or(config.listen);
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.code = flags.code.or(config.code);
+    config.record = flags.record;
     config.pot.support = flags.support.unwrap_or(config.pot.support);
     if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
         config.clay = Material::from_wetness(wetness);

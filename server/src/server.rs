@@ -4,6 +4,7 @@
 //! Invariant: after `stop` everybody was told, the tasks have ended and the port is free.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use pottery_shared::clay::Pot;
@@ -13,6 +14,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
 use crate::event::Event;
+use crate::recording::Recorder;
 use crate::ticking::Ticking;
 use crate::{Certificate, ConfigError, ServerConfig, connection, transport};
 
@@ -38,6 +40,16 @@ pub enum ServerError {
     Certificate {
         /// What the library said.
         reason: String,
+    },
+    /// The session file cannot be begun.
+    #[error(
+        "the recording {path} cannot be begun ({source}): choose a file that does not exist yet, where one can be written"
+    )]
+    Recording {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
     },
     /// The configuration makes no sense.
     #[error(transparent)]
@@ -104,7 +116,7 @@ impl Server {
             Some(code) => code.on_server(fingerprint),
             None => fresh_code(fingerprint)?,
         };
-        let opened = config.opened;
+        let (opened, record) = (config.opened, config.record);
         let room = RoomConfig {
             code: code.room().to_owned(),
             wheels: config.wheels,
@@ -118,10 +130,13 @@ impl Server {
             Some(record) => Room::starting_from(room, &record),
             None => Room::new(room),
         };
-        let room = room.map_err(ConfigError::from)?;
+        let mut room = room.map_err(ConfigError::from)?;
+        let recorder = record
+            .map(|path| Recorder::begin(&path, &mut room).map_err(|source| ServerError::Recording { path, source }))
+            .transpose()?;
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
-        let ticking = tokio::spawn(Ticking::new(room, received).run());
+        let ticking = tokio::spawn(Ticking::new(room, received, recorder).run());
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone()));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
         Ok(Self { address, code, endpoint, events, accepting, ticking })

@@ -14,6 +14,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 use crate::Standing;
 use crate::event::Event;
 use crate::link::Link;
+use crate::recording::Recorder;
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
@@ -36,11 +37,13 @@ pub(crate) struct Ticking {
     look_at: u64,
     /// Datagrams dropped for people who have left.
     dropped: u64,
+    recorder: Option<Recorder>,
 }
 
 impl Ticking {
-    pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>) -> Self {
-        Self { room, events, links: BTreeMap::new(), started: Instant::now(), late: 0, look_at: 0, dropped: 0 }
+    pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>, recorder: Option<Recorder>) -> Self {
+        let started = Instant::now();
+        Self { room, events, links: BTreeMap::new(), started, late: 0, look_at: 0, dropped: 0, recorder }
     }
 
     /// Runs until it is told to stop or nobody can tell it anything any more.
@@ -63,6 +66,7 @@ impl Ticking {
                 if !self.handle(event) {
                     self.room.close();
                     self.transmit();
+                    self.end_recording().await;
                     return self.say_goodbye().await;
                 }
             }
@@ -83,6 +87,19 @@ impl Ticking {
             }
         }
         self.room.advance(Tick(due));
+        if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
+            tracing::error!("the recording ends here: the disk does not keep up");
+            self.recorder = None;
+        }
+    }
+
+    /// Everybody was told and nothing is pressed any more, so that waiting for the disk delays nobody.
+    async fn end_recording(&mut self) {
+        let Some(recorder) = self.recorder.take() else { return };
+        let last = recorder.last(&mut self.room);
+        if tokio::task::spawn_blocking(move || last.write()).await.is_err() {
+            tracing::error!("the recording did not end well");
+        }
     }
 
     /// False when the server is to stop.

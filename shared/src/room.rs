@@ -5,7 +5,9 @@
 
 mod audience;
 mod bench;
+mod journal;
 mod pieces;
+mod replay;
 mod view;
 
 use alloc::collections::{BTreeMap, VecDeque};
@@ -19,6 +21,8 @@ use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
 use audience::Audience;
 use bench::Bench;
+pub use journal::{Entry, Happening, WheelState};
+pub use replay::{Comparison, Replay, ReplayError};
 
 /// What is to be sent, in order.
 type Outbox = VecDeque<Transmit>;
@@ -277,7 +281,7 @@ impl Room {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);
             }
-            Request::Tool { mesh } => bench.bring(peer, mesh, &mut self.outbox),
+            Request::Tool { mesh } => bench.bring(peer, mesh, self.now, &mut self.outbox),
             Request::Watch { .. } | Request::Unwatch { .. } => {}
             Request::Leave => {
                 self.send(peer, Lane::Close);
@@ -329,6 +333,21 @@ impl Room {
             self.send(peer, Lane::Control(Peer::notice(&Notice::Closing)));
             self.send(peer, Lane::Close);
         }
+    }
+
+    /// From now on, what happens at every wheel is told by [`Room::poll_journal`], which then has to be asked.
+    pub fn keep_journal(&mut self) {
+        for bench in &mut self.benches {
+            bench.keep_journal(self.now);
+        }
+    }
+
+    /// What happened next: for each wheel in order, one wheel after the other.
+    pub fn poll_journal(&mut self) -> Option<Entry> {
+        (0..).zip(&mut self.benches).find_map(|(wheel, bench)| {
+            let (tick, what) = bench.poll_journal()?;
+            Some(Entry { wheel, tick, what })
+        })
     }
 
     fn send(&mut self, to: PeerId, lane: Lane) {

@@ -153,3 +153,35 @@ fn full_disk_leaves_the_old_file() {
     assert!(said.contains("No space left"), "{said}");
     fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn recorded_session_is_replayed_to_the_same_pot() {
+    let folder = folder("session");
+    let (session, worked, replayed) = (folder.join("s.session"), folder.join("worked"), folder.join("replayed"));
+    let made = ["--headless", "--potters", "2", "--seconds", "2.5", "--out", text(&worked)];
+    assert_success(&studio(&[&made[..], &["--record-session", text(&session)]].concat()));
+    let replay = ["replay", text(&session), "--headless", "--out", text(&replayed)];
+    let output = studio(&replay);
+    assert_success(&output);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("agreement  all of"), "{said}");
+    let pots = [&worked, &replayed].map(|folder| PotFile::read(&folder.join("pot.pot")).unwrap());
+    assert!(pots[0].pot() == pots[1].pot(), "radius by radius");
+    // before anybody came
+    assert_success(&studio(&[&replay[..], &["--at", "0"]].concat()));
+    assert!(PotFile::read(&replayed.join("pot.pot")).unwrap().pot() != pots[0].pot());
+    // as it lies when the program is killed
+    let bytes = fs::read(&session).unwrap();
+    fs::write(&session, &bytes[..bytes.len() - 60]).unwrap();
+    let output = studio(&replay);
+    assert_success(&output);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("cut short"));
+    let mut bent = bytes;
+    bent[200] ^= 1;
+    fs::write(&session, &bent).unwrap();
+    let text_of = sentence(&studio(&replay));
+    assert!(text_of.contains("take another copy"), "{text_of}");
+    let there = sentence(&studio(&[&made[..], &["--record-session", text(&session)]].concat()));
+    assert!(there.contains("does not exist yet"), "{there}");
+    fs::remove_dir_all(folder).unwrap();
+}

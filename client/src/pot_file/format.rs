@@ -27,8 +27,7 @@ pub(super) const BYTES_MAX: usize = 2 * GridShape::ELEMENTS_MAX as usize + (64 <
 
 pub(super) fn encode(file: &PotFile) -> Vec<u8> {
     let spec = file.pot.spec();
-    let [steps] = file.pot.steps() else { unreachable!("a pot has one surface") };
-    let packed = pack(steps, spec.shape.rows() as usize);
+    let packed = pack(&file.pot.planes());
     let length = SHORTEST_BYTES + packed.len();
     let mut bytes = Vec::with_capacity(length);
     bytes.extend(SIGNATURE);
@@ -95,7 +94,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PotFile, FormatError> {
     let shape = GridShape::new(columns, rows).map_err(|error| RecordError::from(PotError::from(error)))?;
     let spec = PotSpec { shape, height, radius, wall, keeps_volume, support };
     spec.check().map_err(RecordError::from)?;
-    let pot = PotRecord::new(spec, vec![unpack(&sealed[HEAD_BYTES..], shape)?])?;
+    let planes = unpack(&sealed[HEAD_BYTES..], 2 * shape.elements())?;
+    let pot = PotRecord::of_planes(spec, &planes)?;
     if pot.pot().digest() != digest {
         return Err(FormatError::Digest);
     }
@@ -141,53 +141,17 @@ impl Head<'_> {
     }
 }
 
-/// What an element is expected to be from those before it: the median of its left neighbour, the one below, and what a
-/// plane through both and the corner gives.
-fn predicted(steps: &[u16], at: usize, rows: usize) -> u16 {
-    let left = || steps[at - rows];
-    let below = || steps[at - 1];
-    match (at >= rows, at.is_multiple_of(rows)) {
-        (false, true) => 0,
-        (false, false) => below(),
-        (true, true) => left(),
-        (true, false) => {
-            let (left, below, corner) = (i32::from(left()), i32::from(below()), i32::from(steps[at - rows - 1]));
-            (left + below - corner).clamp(left.min(below), left.max(below)) as u16
-        }
-    }
-}
-
-/// Differences to what is expected, small ones as small numbers, low bytes before high ones, as a zlib stream.
-fn pack(steps: &[u16], rows: usize) -> Vec<u8> {
-    let differences: Vec<u16> = (0..steps.len())
-        .map(|at| {
-            let difference = steps[at].wrapping_sub(predicted(steps, at, rows)) as i16;
-            ((difference << 1) ^ (difference >> 15)) as u16
-        })
-        .collect();
-    let planes = differences.iter().map(|word| *word as u8).chain(differences.iter().map(|word| (word >> 8) as u8));
+/// Planes of radii as a zlib stream.
+fn pack(planes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-    encoder
-        .write_all(&planes.collect::<Vec<u8>>())
-        .and_then(|()| encoder.finish())
-        .expect("writing to memory does not fail")
+    encoder.write_all(planes).and_then(|()| encoder.finish()).expect("writing to memory does not fail")
 }
 
-fn unpack(packed: &[u8], shape: GridShape) -> Result<Vec<u16>, FormatError> {
-    let (elements, rows) = (shape.elements(), shape.rows() as usize);
+fn unpack(packed: &[u8], bytes: usize) -> Result<Vec<u8>, FormatError> {
     let mut planes = Vec::new();
     let mut decoder = ZlibDecoder::new(packed);
     // grows with what is really there; a byte too many is seen and no more
-    decoder.by_ref().take(2 * elements as u64 + 1).read_to_end(&mut planes).map_err(|_| FormatError::Packing)?;
-    if planes.len() != 2 * elements || decoder.total_in() != packed.len() as u64 {
-        return Err(FormatError::Packing);
-    }
-    let (low, high) = planes.split_at(elements);
-    let mut steps = Vec::with_capacity(elements);
-    for (at, (&low, &high)) in low.iter().zip(high).enumerate() {
-        let word = u16::from_le_bytes([low, high]);
-        let difference = (word >> 1) ^ (word & 1).wrapping_neg();
-        steps.push(predicted(&steps, at, rows).wrapping_add(difference));
-    }
-    Ok(steps)
+    decoder.by_ref().take(bytes as u64 + 1).read_to_end(&mut planes).map_err(|_| FormatError::Packing)?;
+    let is_all = planes.len() == bytes && decoder.total_in() == packed.len() as u64;
+    if is_all { Ok(planes) } else { Err(FormatError::Packing) }
 }

@@ -21,6 +21,7 @@ use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
 use crate::haptics::Bench;
+use crate::replaying::ReplaySession;
 use crate::tool_choice::{ToolChoice, ToolFlags};
 
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
@@ -44,6 +45,8 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
   pottery-studio --headless --stroke mine.csv            let one of them replay a recorded stroke
   pottery-studio --record mine.csv                       record what you do
+  pottery-studio --record-session monday.session         keep all that happens at the wheel; replay goes through it again
+  pottery-studio replay monday.session --at 90           see it from the 90th second on
   pottery-studio devices                                 say which devices are there, and why others are not
   pottery-studio haptics --bench                         measure how well this machine keeps the hand's 1 kHz
   pottery-studio --device falcon:firmware=nvent.bin      work with a haptic device
@@ -67,6 +70,8 @@ enum Command {
     Join(JoinFlags),
     /// Turn a pot file into what other programs read
     Export(ExportFlags),
+    /// Go through a session that was kept with --record-session
+    Replay(ReplayFlags),
     /// Say which devices are there, and of each other one why not
     Devices,
     /// Say what the system grants the hand's thread, and measure how well it keeps its thousand ticks a second (--bench)
@@ -176,6 +181,9 @@ struct HostFlags {
     /// Record the own stroke (headless: the first potter's) to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Keep everything that happens at the wheel in a session file, which must not exist yet; see replay
+    #[arg(long, value_name = "FILE")]
+    record_session: Option<PathBuf>,
     #[command(flatten)]
     hold: HoldFlags,
     #[command(flatten)]
@@ -209,6 +217,24 @@ struct ExportFlags {
     /// .svg (section, mm), .png (picture), .gif (one turn)
     #[arg(required = true)]
     out: Vec<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+struct ReplayFlags {
+    /// The session file
+    session: PathBuf,
+    /// Where to begin, s after the first tick that was kept; headless: where to stop, in place of the end
+    #[arg(long, value_name = "SECONDS", value_parser = moment)]
+    at: Option<f64>,
+    /// Which wheel
+    #[arg(long, default_value_t = 1)]
+    wheel: u16,
+    /// Go through it without a window, compare every digest and write the pot
+    #[arg(long)]
+    headless: bool,
+    /// Folder for pot.pot (headless)
+    #[arg(long, value_name = "DIR", default_value = "studio-out")]
+    out: PathBuf,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -293,6 +319,7 @@ pub(crate) enum HandKind {
 pub(crate) enum Mode {
     Export(Conversion),
     Headless(HeadlessSession),
+    Replay(ReplaySession),
     Window(WindowSession),
     /// Look for devices and say what was found.
     Devices,
@@ -352,6 +379,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+fn moment(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok(seconds),
+        _ => Err("choose a number of seconds from 0 up".into()),
+    }
+}
+
 fn wetness(text: &str) -> Result<Wetness, String> {
     let index = text.parse().map_err(|_| "choose a number from 0.0 to 1.0")?;
     Wetness::new(index).map_err(|error| error.to_string())
@@ -377,6 +411,7 @@ impl Arguments {
             Some(Command::Export(flags)) => {
                 return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));
             }
+            Some(Command::Replay(flags)) => return Ok(Mode::Replay(flags.session())),
             Some(Command::Devices) => return Ok(Mode::Devices),
             Some(Command::Haptics(flags)) => return Ok(flags.mode()),
             Some(Command::Host(flags)) => flags,
@@ -394,7 +429,9 @@ impl Arguments {
     pub(crate) fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
         match &self.command {
             Some(Command::Join(_)) => bail!("joining needs a display; start it where a window can be opened"),
-            Some(Command::Devices | Command::Export(_) | Command::Haptics(_)) => bail!("nothing here opens a window"),
+            Some(Command::Devices | Command::Export(_) | Command::Haptics(_) | Command::Replay(_)) => {
+                bail!("nothing here opens a window")
+            }
             Some(Command::Host(flags)) => flags.headless_session(),
             None => self.host.headless_session(),
         }
@@ -417,6 +454,17 @@ impl HapticsFlags {
     }
 }
 
+impl ReplayFlags {
+    fn session(&self) -> ReplaySession {
+        ReplaySession {
+            path: self.session.clone(),
+            at_s: self.at,
+            wheel: self.wheel,
+            out: self.headless.then(|| self.out.clone()),
+        }
+    }
+}
+
 impl HostFlags {
     fn server_config(&self, listen: SocketAddr) -> anyhow::Result<ServerConfig> {
         let mut config = ServerConfig {
@@ -429,6 +477,7 @@ impl HostFlags {
             },
             pot: PotSpec { support: self.support.support(), ..PotSpec::default() },
             clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
+            record: self.record_session.clone(),
             ..ServerConfig::default()
         };
         if let Some(path) = &self.open {

@@ -9,6 +9,7 @@ mod haptics;
 mod headless;
 mod hosting;
 mod record;
+mod replaying;
 mod report;
 mod tool_choice;
 mod window;
@@ -42,6 +43,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match arguments.mode()? {
         Mode::Export(job) => conversion::run(&job),
         Mode::Headless(session) => headless::run(&session),
+        Mode::Replay(session) => replaying::run(&session),
         Mode::Devices => {
             for device in survey() {
                 match device.found {

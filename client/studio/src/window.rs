@@ -8,6 +8,7 @@ mod files;
 mod hand;
 mod holding;
 mod panel;
+mod player;
 mod stage;
 
 use std::sync::Arc;
@@ -24,10 +25,12 @@ use winit::event_loop::EventLoop;
 use crate::arguments::{Place, WindowSession};
 use crate::hosting::{self, Studio};
 use crate::record;
+use crate::replaying::Session;
 use app::{App, Held};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
 use panel::Invitation;
+use player::Player;
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 pub(crate) fn frame(gpu: &Gpu) -> Duration {
@@ -107,4 +110,15 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         Some(failure) => Err(failure),
         None => Ok(Ended::ByPerson),
     }
+}
+
+/// Opens a window on a session that is replayed and stays until it is closed.
+pub(crate) fn replay(session: Session) -> anyhow::Result<Ended> {
+    let event_loop = match EventLoop::new() {
+        Ok(event_loop) => event_loop,
+        Err(error) => return Ok(Ended::NoDisplay(error.to_string())),
+    };
+    let mut player = Player::new(session);
+    event_loop.run_app(&mut player).context("the window failed")?;
+    player.finish().map_or(Ok(Ended::ByPerson), Err)
 }

@@ -6,6 +6,7 @@
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
+use super::journal::{Happening, Journal, WheelState};
 use super::pieces::{WAYS_MAX, bodies, fragments};
 use super::view::View;
 use super::{Lane, Outbox, PeerId, Transmit};
@@ -90,6 +91,8 @@ pub(super) struct Bench {
     told: u32,
     /// For those who look on, by the number of the detail, with the last version of the view before.
     views: [(Option<View>, Version); Detail::ALL.len()],
+    /// What happens here, when somebody keeps a record of it.
+    journal: Option<Journal>,
 }
 
 impl Bench {
@@ -128,6 +131,35 @@ impl Bench {
             transcript: Some(Transcript::default()),
             told: 0,
             views: Default::default(),
+            journal: None,
+        }
+    }
+
+    /// From now on, what happens is told; see [`Bench::poll_journal`].
+    pub(super) fn keep_journal(&mut self, now: Tick) {
+        self.journal = Some(Journal::beginning_with(now, self.state()));
+    }
+
+    /// What happened next.
+    pub(super) fn poll_journal(&mut self) -> Option<(Tick, Happening)> {
+        self.journal.as_mut()?.poll()
+    }
+
+    fn note(&mut self, tick: Tick, what: Happening) {
+        if let Some(journal) = &mut self.journal {
+            journal.note(tick, what);
+        }
+    }
+
+    fn state(&self) -> WheelState {
+        let mut people: Vec<_> =
+            self.seats.values().map(|seat| (seat.client, seat.peer.last_sample().copied())).collect();
+        people.sort_unstable_by_key(|(client, _)| *client);
+        WheelState {
+            pot: PotRecord::of(&self.pot),
+            conditions: self.conditions.clone(),
+            brought: self.brought.clone(),
+            people,
         }
     }
 
@@ -151,6 +183,7 @@ impl Bench {
     pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
         let seat = Seat { client, peer: Peer::default(), retells, again_from: None, leaving: false };
         self.seats.insert(peer, seat);
+        self.note(now, Happening::Came { client });
         let welcome = Welcome {
             client,
             now: now.0,
@@ -196,20 +229,22 @@ impl Bench {
     }
 
     pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick) {
-        let from = change_after(now);
-        self.conditions.wheel.schedule(from, Wheel::rate_of(speed));
+        let (from, rate) = (change_after(now), Wheel::rate_of(speed));
+        self.conditions.wheel.schedule(from, rate);
         self.untold_wheel = Some(from);
+        self.note(now, Happening::Wheel { from, rate });
     }
 
     pub(super) fn set_clay(&mut self, clay: ClayWire, now: Tick) {
-        let from = change_after(now);
-        self.conditions.material.set(from, clay.into());
+        let (from, clay) = (change_after(now), clay.into());
+        self.conditions.material.set(from, clay);
         self.untold_clay = Some(from);
+        self.note(now, Happening::Clay { from, clay });
     }
 
     /// Hangs a tool that a peer brings in the rack and tells everybody; one that hangs there already is told to the peer
     /// alone, and so is why one does not.
-    pub(super) fn bring(&mut self, peer: PeerId, mesh: MeshWire, outbox: &mut Outbox) {
+    pub(super) fn bring(&mut self, peer: PeerId, mesh: MeshWire, now: Tick, outbox: &mut Outbox) {
         let known = self.brought.iter().find(|(_, known)| *known == mesh).map(|(shape, _)| *shape);
         let answer = match (known, tool_of(&mesh)) {
             (Some(shape), _) => Notice::Tool { shape, mesh },
@@ -222,6 +257,7 @@ impl Bench {
                 let shape = (rack.len() - 1) as u8;
                 self.substep.swap_rack(&mut rack);
                 self.brought.push((shape, mesh.clone()));
+                self.note(now, Happening::Tool { shape, mesh: mesh.clone() });
                 return self.tell_all(&Notice::Tool { shape, mesh }, outbox);
             }
         };
@@ -315,7 +351,8 @@ impl Bench {
             let is_told = self.publish(tick);
             self.transcript.get_or_insert_default().clear();
             self.snapshot_tick = tick;
-            self.note_acknowledged(gone);
+            self.note_snapshot(tick);
+            self.note_acknowledged(tick, gone);
             if !is_told {
                 self.resync_retellers(outbox);
             }
@@ -337,6 +374,10 @@ impl Bench {
         if self.presses.is_empty() {
             return false;
         }
+        if let Some(journal) = &mut self.journal {
+            let pressed = self.pressing.iter().map(|(_, pressed)| (pressed.client, pressed.sample)).collect();
+            journal.note(tick, Happening::Pressed(pressed));
+        }
         let touched = &mut self.touched;
         let contacts = self.substep.advance(&mut self.pot, &self.presses, self.conditions.method, |surface, window| {
             touched.add_window(surface, window);
@@ -355,12 +396,24 @@ impl Bench {
         true
     }
 
+    fn note_snapshot(&mut self, tick: Tick) {
+        // taken out, so that it can ask how everything stands
+        if let Some(mut journal) = self.journal.take() {
+            journal.note_snapshot(tick, || self.author.digest(), || self.state());
+            self.journal = Some(journal);
+        }
+    }
+
     /// Fixes what the snapshot holds of everybody's samples, and lets go who is through.
-    fn note_acknowledged(&mut self, gone: &mut Refusals) {
+    fn note_acknowledged(&mut self, tick: Tick, gone: &mut Refusals) {
+        let journal = &mut self.journal;
         self.seats.retain(|_, seat| {
             let through = seat.leaving && seat.peer.inputs().is_empty();
             if through {
                 gone.add(seat.peer.inputs().refusals());
+                if let Some(journal) = journal {
+                    journal.note(tick, Happening::Left { client: seat.client });
+                }
             }
             !through
         });

@@ -1,6 +1,6 @@
 //! A pot as its snapshots hold it, apart from any wheel: what it was made from, and its radii in quantum steps.
 //!
-//! What a file keeps and a wheel can begin with; knows no versions and no bytes.
+//! What a file keeps and a wheel can begin with; knows no versions, and of bytes only the order in which files keep radii.
 //! Invariant: a record that exists makes a pot, and the same one wherever it is made, bit for bit.
 
 use alloc::vec::Vec;
@@ -105,6 +105,44 @@ impl PotRecord {
         &self.steps
     }
 
+    /// The radii as files keep them before they are packed: what differs from what is expected, small differences as small
+    /// numbers, of all elements the low bytes before the high ones; `client/POT-FILE.md` says it in full.
+    #[must_use]
+    pub fn planes(&self) -> Vec<u8> {
+        let rows = self.spec.shape.rows() as usize;
+        let mut planes = Vec::with_capacity(self.steps.iter().map(|steps| 2 * steps.len()).sum());
+        for steps in &self.steps {
+            let words: Vec<u16> = (0..steps.len())
+                .map(|at| {
+                    let difference = steps[at].wrapping_sub(expected(steps, at, rows)) as i16;
+                    ((difference << 1) ^ (difference >> 15)) as u16
+                })
+                .collect();
+            planes.extend(words.iter().map(|word| *word as u8));
+            planes.extend(words.iter().map(|word| (word >> 8) as u8));
+        }
+        planes
+    }
+
+    /// The record that has these planes.
+    ///
+    /// # Errors
+    /// [`RecordError`], also for planes that are too short or too long.
+    pub fn of_planes(spec: PotSpec, planes: &[u8]) -> Result<Self, RecordError> {
+        let (elements, rows) = (spec.shape.elements(), spec.shape.rows() as usize);
+        if planes.len() != 2 * elements {
+            return Err(RecordError::Count { radii: planes.len() / 2, elements });
+        }
+        let (low, high) = planes.split_at(elements);
+        let mut steps = Vec::with_capacity(elements);
+        for (at, (&low, &high)) in low.iter().zip(high).enumerate() {
+            let word = u16::from_le_bytes([low, high]);
+            let difference = (word >> 1) ^ (word & 1).wrapping_neg();
+            steps.push(expected(&steps, at, rows).wrapping_add(difference));
+        }
+        Self::new(spec, alloc::vec![steps])
+    }
+
     /// The pot, as it stands on a wheel that began with this record.
     #[must_use]
     pub fn pot(&self) -> Pot {
@@ -125,6 +163,22 @@ impl PotRecord {
                     surface.set_radius(column, row, dequantise(step));
                 }
             }
+        }
+    }
+}
+
+/// What an element is expected to be from those before it: the median of its left neighbour, the one below, and what a
+/// plane through both and the corner gives.
+fn expected(steps: &[u16], at: usize, rows: usize) -> u16 {
+    let left = || steps[at - rows];
+    let below = || steps[at - 1];
+    match (at >= rows, at.is_multiple_of(rows)) {
+        (false, true) => 0,
+        (false, false) => below(),
+        (true, true) => left(),
+        (true, false) => {
+            let (left, below, corner) = (i32::from(left()), i32::from(below()), i32::from(steps[at - rows - 1]));
+            (left + below - corner).clamp(left.min(below), left.max(below)) as u16
         }
     }
 }

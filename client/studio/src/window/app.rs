@@ -123,7 +123,7 @@ pub(super) struct App {
 }
 
 /// Somebody's colour.
-fn colour(client: u16) -> [f32; 3] {
+pub(super) fn colour(client: u16) -> [f32; 3] {
     COLOURS[usize::from(client.wrapping_sub(1)) % COLOURS.len()]
 }
 

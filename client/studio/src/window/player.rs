@@ -1,0 +1,280 @@
+//! The window on a session that is replayed: pot, tools and time, and nothing that presses.
+//!
+//! Owns the place in time and the view; the clay is the session's.
+//! Invariant: nothing is drawn while nothing changes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::{Align2, RichText};
+use glam::Vec2;
+use pottery_client::render::{Camera, Scene, ToolView};
+use pottery_shared::clay::{Surface, Window as Elements};
+use pottery_shared::snapshot::Touched;
+use pottery_shared::units::Tick;
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::{Window, WindowId};
+
+use super::app::colour;
+use super::stage::{PanelShapes, Stage};
+use crate::replaying::{Session, seconds};
+
+/// Time between pictures while it plays, on a graphics card and by the processor.
+const FRAME: Duration = Duration::from_millis(16);
+const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
+/// Time between looks at whether there is something to draw.
+const FRAME_IDLE: Duration = Duration::from_millis(500);
+/// What a key goes back or on by, s.
+const LEAP_S: f64 = 5.0;
+/// Ticks after which a resting tool is no longer shown, as at the wheel.
+const TOOL_SHOWN_TICKS: i64 = 500;
+
+/// The window's state.
+pub(super) struct Player {
+    session: Session,
+    stage: Option<Stage>,
+    egui: egui::Context,
+    egui_input: Option<egui_winit::State>,
+    camera: Camera,
+    is_playing: bool,
+    /// When the tick was what it is, for the time since.
+    stood: (Instant, Tick),
+    /// Where the person wants to be, s.
+    wish_s: Option<f64>,
+    drawn: Option<Tick>,
+    last_frame: Instant,
+    is_dirty: bool,
+    is_turning_view: bool,
+    cursor: Vec2,
+    failure: Option<anyhow::Error>,
+}
+
+impl Player {
+    pub(super) fn new(session: Session) -> Self {
+        let camera = Camera::on(session.playback.replay().pot());
+        let now = Instant::now();
+        Self {
+            stood: (now, session.playback.tick()),
+            session,
+            stage: None,
+            egui: egui::Context::default(),
+            egui_input: None,
+            camera,
+            is_playing: true,
+            wish_s: None,
+            drawn: None,
+            last_frame: now,
+            is_dirty: true,
+            is_turning_view: false,
+            cursor: Vec2::ZERO,
+            failure: None,
+        }
+    }
+
+    /// What went wrong.
+    pub(super) fn finish(self) -> Option<anyhow::Error> {
+        self.failure
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let attributes = Window::default_attributes()
+            .with_title("Pottery studio: replay")
+            .with_inner_size(winit::dpi::LogicalSize::new(1280, 800))
+            .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
+        let window = Arc::new(event_loop.create_window(attributes)?);
+        let pot = self.session.playback.replay().pot();
+        let stage = Stage::new(Arc::clone(&window), event_loop.owned_display_handle(), pot)?;
+        let limit = stage.gpu().device().limits().max_texture_dimension_2d as usize;
+        let scale = Some(window.scale_factor() as f32);
+        let root = egui::ViewportId::ROOT;
+        let input = egui_winit::State::new(self.egui.clone(), root, &window, scale, window.theme(), Some(limit));
+        self.egui_input = Some(input);
+        self.egui.set_visuals(egui::Visuals::dark());
+        self.stage = Some(stage);
+        Ok(())
+    }
+
+    /// Lets time pass, or goes where the person wants to be.
+    fn go(&mut self) -> anyhow::Result<()> {
+        let (since, from) = self.stood;
+        let to = match self.wish_s.take() {
+            Some(at_s) => {
+                let to = self.session.tick_at(at_s.max(0.0));
+                self.session.playback.seek(to)?;
+                self.stood = (Instant::now(), to);
+                to
+            }
+            None if self.is_playing => {
+                let to = from.offset(since.elapsed().as_millis() as i64).min(self.session.span.1);
+                self.session.playback.advance(to)?;
+                to
+            }
+            None => return Ok(()),
+        };
+        self.is_playing &= to < self.session.span.1;
+        Ok(())
+    }
+
+    fn play(&mut self, is_playing: bool) {
+        self.is_playing = is_playing;
+        self.stood = (Instant::now(), self.session.playback.tick());
+        if is_playing && self.session.playback.tick() >= self.session.span.1 {
+            self.wish_s = Some(0.0);
+        }
+    }
+
+    fn tools(&self) -> Vec<ToolView> {
+        let (playback, replay) = (&self.session.playback, self.session.playback.replay());
+        let shown = replay.people().filter_map(|(client, sample)| {
+            let sample = sample.filter(|sample| playback.tick().since(sample.tick) < TOOL_SHOWN_TICKS)?;
+            let centre_m = sample.centre.point_m();
+            let turn = sample.orientation.at(centre_m);
+            Some(ToolView { tool: sample.tool, turn, centre_m, colour: colour(client), touching: false })
+        });
+        shown.collect()
+    }
+
+    fn draw(&mut self) -> anyhow::Result<()> {
+        self.go()?;
+        self.last_frame = Instant::now();
+        let tools = self.tools();
+        let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
+        let (playback, replay) = (&self.session.playback, self.session.playback.replay());
+        if self.drawn.replace(playback.tick()) != Some(playback.tick()) {
+            stage.upload(replay.pot(), &everything(replay.pot().surfaces()));
+        }
+        let (mut at_s, length_s) = (self.session.at_s(), seconds(self.session.span.1, self.session.span));
+        let was_at_s = at_s;
+        let mut is_playing = self.is_playing;
+        let compared = match replay.comparison().first_unlike {
+            None => format!("{} snapshots came out as they were recorded", replay.comparison().snapshots),
+            Some(tick) => {
+                format!("the clay of {:.3} s came out otherwise than it was recorded", seconds(tick, self.session.span))
+            }
+        };
+        let output = self.egui.run_ui(input.take_egui_input(&stage.window), |ui| {
+            let window = egui::Window::new("time").title_bar(false).resizable(false);
+            window.anchor(Align2::CENTER_BOTTOM, [0.0, -12.0]).show(ui.ctx(), |ui| {
+                ui.horizontal(|ui| {
+                    is_playing ^= ui.button(if is_playing { "Pause" } else { "Play" }).clicked();
+                    ui.spacing_mut().slider_width = 480.0;
+                    ui.add(egui::Slider::new(&mut at_s, 0.0..=length_s).suffix(" s").fixed_decimals(1));
+                });
+                ui.label(RichText::new(&compared).small());
+            });
+        });
+        input.handle_platform_output(&stage.window, output.platform_output);
+        let shapes = PanelShapes {
+            primitives: self.egui.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        };
+        let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());
+        let scene = Scene { camera: self.camera, phase, tools: &tools, rack, ..Scene::default() };
+        stage.draw(&scene, shapes)?;
+        self.is_dirty = false;
+        if is_playing != self.is_playing {
+            self.play(is_playing);
+        }
+        // the slider shows tenths and gives back what it was given until somebody moves it
+        if (at_s - was_at_s).abs() > 0.05 {
+            self.wish_s = Some(at_s);
+        }
+        Ok(())
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        match key.as_ref() {
+            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Named(NamedKey::Space) => self.play(!self.is_playing),
+            Key::Named(NamedKey::ArrowLeft) => self.wish_s = Some(self.session.at_s() - LEAP_S),
+            Key::Named(NamedKey::ArrowRight) => self.wish_s = Some(self.session.at_s() + LEAP_S),
+            Key::Named(NamedKey::Home) => self.wish_s = Some(0.0),
+            Key::Character("r" | "R") => self.camera = Camera::on(self.session.playback.replay().pot()),
+            _ => {}
+        }
+    }
+
+    fn moved(&mut self, to: Vec2) {
+        let by = to - self.cursor;
+        self.cursor = to;
+        if self.is_turning_view {
+            self.camera.azimuth_rad -= by.x * 0.008;
+            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+        }
+    }
+}
+
+/// Every element: what a replay changed is not asked for.
+fn everything(surfaces: &[Surface]) -> Touched {
+    let mut touched = Touched::none(surfaces.iter().map(Surface::shape));
+    for (number, surface) in surfaces.iter().enumerate() {
+        let (columns, rows) = (surface.shape().columns(), surface.shape().rows());
+        touched.add_window(number, Elements { first_column: 0, columns, first_row: 0, rows });
+    }
+    touched
+}
+
+impl ApplicationHandler for Player {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.stage.is_none()
+            && let Err(error) = self.open(event_loop)
+        {
+            self.failure = Some(error);
+            event_loop.exit();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let mut is_panels = false;
+        if let (Some(stage), Some(input)) = (&self.stage, &mut self.egui_input) {
+            is_panels = input.on_window_event(&stage.window, &event).consumed;
+        }
+        self.is_dirty |= !matches!(event, WindowEvent::RedrawRequested);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => {
+                if let Some(stage) = &mut self.stage {
+                    stage.resize(size.width, size.height);
+                }
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw() {
+                    self.failure = Some(error);
+                    event_loop.exit();
+                }
+            }
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
+                self.key(event_loop, &event.logical_key);
+            }
+            WindowEvent::CursorMoved { position, .. } => self.moved(Vec2::new(position.x as f32, position.y as f32)),
+            WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
+                self.is_turning_view = state == ElementState::Pressed && !is_panels;
+            }
+            WindowEvent::MouseWheel { delta, .. } if !is_panels => {
+                let lines = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => lines,
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+                };
+                self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(stage) = &self.stage else { return };
+        let frame = if stage.gpu().is_software() { FRAME_SOFTWARE } else { FRAME };
+        let is_moving = self.is_dirty || self.is_playing || self.wish_s.is_some() || self.egui.has_requested_repaint();
+        let due = if is_moving { frame } else { FRAME_IDLE };
+        let since = self.last_frame.elapsed();
+        if is_moving && since >= due {
+            stage.window.request_redraw();
+        }
+        let wait = if since >= due { frame } else { frame.min(due - since) };
+        event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + wait));
+    }
+}
