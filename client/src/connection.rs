@@ -80,8 +80,18 @@ pub(crate) struct Joined {
 /// The port studios listen on when none is typed.
 const PORT: u16 = 4747;
 
-async fn resolve(target: &Target) -> Result<SocketAddr, JoinError> {
-    let address = target.address.trim();
+impl Target {
+    /// Where that is.
+    ///
+    /// # Errors
+    /// [`JoinError::Address`] when no such host is found.
+    pub async fn resolved(&self) -> Result<SocketAddr, JoinError> {
+        resolve(&self.address).await
+    }
+}
+
+async fn resolve(typed: &str) -> Result<SocketAddr, JoinError> {
+    let address = typed.trim();
     let bad = |reason: String| JoinError::Address { address: address.to_owned(), reason };
     if let Ok(known) = address.parse::<SocketAddr>() {
         return Ok(known);
@@ -103,7 +113,7 @@ pub(crate) async fn join<S>(
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
-    let address = resolve(target).await?;
+    let address = target.resolved().await?;
     let config = transport::client_config(&target.code)?;
     let connecting = endpoint
         .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)

@@ -14,6 +14,7 @@ mod onlooker;
 mod pacing;
 pub mod pot_file;
 mod potter;
+pub mod rehearsal;
 pub mod render;
 pub mod sound;
 mod streams;

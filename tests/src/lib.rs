@@ -1,7 +1,7 @@
 //! Scenarios, network simulator and golden data of the pottery studio.
 //!
-//! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets, a [`network`] in memory and a
-//! [`proxy`] on real sockets; the [`reference`](mod@reference) dents, the [`failures`] that methods
+//! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets and a
+//! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory; the [`reference`](mod@reference) dents, the [`failures`] that methods
 //! are tried for, how firmly a hand holds on in [`stability`], the [`yardstick`] methods of other authors, and a
 //! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
@@ -9,15 +9,14 @@
 pub mod allocations;
 pub mod chart;
 pub mod dent;
-pub mod dice;
 pub mod failures;
 pub mod fit;
-pub mod line;
 pub mod network;
 pub mod programs;
-pub mod proxy;
 pub mod reference;
 pub mod stability;
 pub mod transform;
 pub mod twin;
 pub mod yardstick;
+
+pub use pottery_client::rehearsal::{dice, line, proxy};

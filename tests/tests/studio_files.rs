@@ -155,6 +155,29 @@ fn full_disk_leaves_the_old_file() {
 }
 
 #[test]
+fn bad_network_is_felt_and_the_clay_stays_the_same() {
+    let folder = folder("network");
+    let session = ["--headless", "--potters", "1", "--seconds", "3", "--network", "intercontinental"];
+    let output = studio(&[&session[..], &["--out", text(&folder)]].concat());
+    assert_success(&output);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("intercontinental: 110.0 to 125.0 ms each way, 0.9 % lost, 10 Mbit/s"), "{said}");
+    let figures = fs::read_to_string(folder.join("session.json")).unwrap();
+    let figures: serde_json::Value = serde_json::from_str(&figures).unwrap();
+    let round_trip_ms = figures["network"]["rtt_ms"]["p50"].as_f64().unwrap();
+    assert!(round_trip_ms >= 220.0, "{round_trip_ms} ms there and back");
+    let refused = sentence_of_usage(&studio(&["--headless", "--network", "moon"]));
+    assert!(refused.contains("lan, school-wifi, home, intercontinental, awful"), "{refused}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// What a person reads when an argument is not understood.
+fn sentence_of_usage(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2));
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+#[test]
 fn recorded_session_is_replayed_to_the_same_pot() {
     let folder = folder("session");
     let (session, worked, replayed) = (folder.join("s.session"), folder.join("worked"), folder.join("replayed"));

@@ -21,6 +21,7 @@ use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
 use crate::haptics::Bench;
+use crate::network::Network;
 use crate::replaying::ReplaySession;
 use crate::tool_choice::{ToolChoice, ToolFlags};
 
@@ -47,6 +48,7 @@ const EXAMPLES: &str = "Examples:
   pottery-studio --record mine.csv                       record what you do
   pottery-studio --record-session monday.session         keep all that happens at the wheel; replay goes through it again
   pottery-studio replay monday.session --at 90           see it from the 90th second on
+  pottery-studio --network intercontinental              feel how it is when the studio is on another continent
   pottery-studio devices                                 say which devices are there, and why others are not
   pottery-studio haptics --bench                         measure how well this machine keeps the hand's 1 kHz
   pottery-studio --device falcon:firmware=nvent.bin      work with a haptic device
@@ -132,6 +134,10 @@ struct HoldFlags {
     /// Begin without the sound of the clay; M in the window turns it on
     #[arg(long)]
     mute: bool,
+    /// A worse network than there is between this hand and the studio, to feel it: lan, school-wifi, home, intercontinental or
+    /// awful
+    #[arg(long, value_name = "NAME")]
+    network: Option<Network>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -342,6 +348,8 @@ pub(crate) struct HeadlessSession {
     pub(crate) device: Option<DeviceChoice>,
     /// Where the first potter's hand has its thread.
     pub(crate) core: Option<Core>,
+    /// What lies between everybody and the studio.
+    pub(crate) network: Option<Network>,
     pub(crate) record: Option<PathBuf>,
     /// A tool that the first of them brings to the wheel.
     pub(crate) brought: Option<Arc<ConvexTool>>,
@@ -357,6 +365,8 @@ pub(crate) struct WindowSession {
     /// Where the hand has its thread.
     pub(crate) core: Option<Core>,
     pub(crate) is_muted: bool,
+    /// What lies between the hand and the studio.
+    pub(crate) network: Option<Network>,
     /// What a simulated hand follows that was given no stroke.
     pub(crate) stroke: Arc<Stroke>,
     /// The pot file that is gone on with.
@@ -525,6 +535,7 @@ impl HostFlags {
             hand: self.hand,
             device: self.hold.device.clone(),
             core: self.hold.pin_core,
+            network: self.hold.network,
             record: self.record.clone(),
             brought: choice.brought,
             watch: self.watch.iter().map(|watch| watch.detail()).collect(),
@@ -543,8 +554,9 @@ fn window(
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
     let tool = tool.choice()?;
-    let (core, is_muted, record) = (hold.pin_core, hold.mute, record.cloned());
-    Ok(Mode::Window(WindowSession { place, device, core, is_muted, stroke, opened, tool, record }))
+    let (core, network, record) = (hold.pin_core, hold.network, record.cloned());
+    let is_muted = hold.mute;
+    Ok(Mode::Window(WindowSession { place, device, core, is_muted, network, stroke, opened, tool, record }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

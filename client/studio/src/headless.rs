@@ -77,7 +77,10 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
 type Measured = (Vec<PotterReport>, Vec<(Detail, WatchReport)>);
 
 async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Measured> {
-    let target = studio.target();
+    let (target, _proxy) = match &session.network {
+        Some(network) => network.before(studio.target()).await.map(|(target, proxy)| (target, Some(proxy)))?,
+        None => (studio.target(), None),
+    };
     let mut endpoints = Vec::new();
     let mut potters = Vec::new();
     for (number, stroke) in session.strokes.iter().enumerate() {

@@ -8,6 +8,7 @@ mod conversion;
 mod haptics;
 mod headless;
 mod hosting;
+mod network;
 mod record;
 mod replaying;
 mod report;

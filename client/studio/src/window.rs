@@ -79,6 +79,10 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let (asked, mouse) = pointer();
     let OpenedDevice { device, monitor } =
         session.device.open(mouse, &session.stroke).context("no thread for the device")?;
+    let (target, proxy) = match &session.network {
+        Some(network) => runtime.block_on(network.before(target)).map(|(target, proxy)| (target, Some(proxy)))?,
+        None => (target, None),
+    };
     let potter = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
         let claim = Claim { is_raised: true, core: session.core };
@@ -103,6 +107,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;
+    drop(proxy);
     if let Some(path) = &session.record {
         record::write(report.network.recording.take(), path)?;
     }

@@ -19,12 +19,10 @@ use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
 use super::app::colour;
+use super::frame;
 use super::stage::{PanelShapes, Stage};
 use crate::replaying::{Session, seconds};
 
-/// Time between pictures while it plays, on a graphics card and by the processor.
-const FRAME: Duration = Duration::from_millis(16);
-const FRAME_SOFTWARE: Duration = Duration::from_millis(50);
 /// Time between looks at whether there is something to draw.
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// What a key goes back or on by, s.
@@ -267,7 +265,7 @@ impl ApplicationHandler for Player {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let Some(stage) = &self.stage else { return };
-        let frame = if stage.gpu().is_software() { FRAME_SOFTWARE } else { FRAME };
+        let frame = frame(stage.gpu());
         let is_moving = self.is_dirty || self.is_playing || self.wish_s.is_some() || self.egui.has_requested_repaint();
         let due = if is_moving { frame } else { FRAME_IDLE };
         let since = self.last_frame.elapsed();

@@ -1,4 +1,4 @@
-//! The dice of every test: one seed, one sequence.
+//! Dice for lines and tests: one seed, one sequence.
 //!
 //! Invariant: the same seed gives the same rolls on every machine.
 

@@ -3,9 +3,10 @@
 //! Knows neither sockets nor a clock: time is an argument, and the answer is when a packet arrives, if it does.
 //! Invariant: the fate of a packet depends on the seed, the packets before it and their times, and on nothing else.
 
+use std::fmt;
 use std::time::Duration;
 
-use crate::dice::Dice;
+use super::dice::Dice;
 
 /// Loss as Gilbert (1960) and Elliott (1963) model it: a good state with little loss and a bad one with much.
 ///
@@ -26,6 +27,12 @@ impl BurstLoss {
     /// No loss at all.
     pub const NONE: Self =
         Self { every: Duration::from_secs(1), lasts: Duration::from_secs(1), in_burst: 0.0, otherwise: 0.0 };
+
+    /// Share of the packets that are lost in the long run.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        self.share() * self.in_burst + (1.0 - self.share()) * self.otherwise
+    }
 
     /// Share of the time in a burst.
     fn share(&self) -> f64 {
@@ -117,11 +124,23 @@ impl Quality {
     /// Every preset with its name.
     pub const PRESETS: [(&'static str, Self); 5] = [
         ("lan", Self::LAN),
-        ("school_wifi", Self::SCHOOL_WIFI),
+        ("school-wifi", Self::SCHOOL_WIFI),
         ("home", Self::HOME),
         ("intercontinental", Self::INTERCONTINENTAL),
         ("awful", Self::AWFUL),
     ];
+}
+
+impl fmt::Display for Quality {
+    /// What it does to packets, in a phrase.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (least_ms, most_ms) = (self.latency.as_secs_f64() * 1e3, (self.latency + self.jitter).as_secs_f64() * 1e3);
+        write!(f, "{least_ms:.1} to {most_ms:.1} ms each way, {:.1} % lost", self.loss.mean() * 100.0)?;
+        match self.rate {
+            Some(rate) => write!(f, ", {:.0} Mbit/s", rate.bytes_per_s as f64 * 8e-6),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What happened to packets.
@@ -248,8 +267,7 @@ mod tests {
             let arrived: u32 = (0..packets)
                 .map(|number| u32::from(line.carry(Duration::from_millis(number.into()), 1000).next().is_some()))
                 .sum();
-            let loss = quality.loss;
-            let expected = loss.share() * loss.in_burst + (1.0 - loss.share()) * loss.otherwise;
+            let expected = quality.loss.mean();
             let found = 1.0 - f64::from(arrived) / f64::from(packets);
             // four standard deviations, were losses independent, and ten times that: a packet each millisecond finds
             // itself in a burst with up to 80 others, and the root of that is 9

@@ -1,4 +1,4 @@
-//! A real UDP forwarder between clients and a server on this machine that loses, delays and reorders packets.
+//! A real UDP forwarder between clients on this machine and a server that loses, delays and reorders packets.
 //!
 //! Owns sockets and a task for each direction of each client; what happens to a packet is the line's.
 //! Invariant: each client reaches the server from a port of its own, so that the server can tell them apart.
@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -14,8 +14,8 @@ use tokio::net::UdpSocket;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::dice::Dice;
-use crate::line::{Line, LineCounts, Quality};
+use super::dice::Dice;
+use super::line::{Line, LineCounts, Quality};
 
 /// Largest packet taken in.
 const PACKET_BYTES: usize = 2048;
@@ -52,7 +52,7 @@ impl Proxy {
         };
         forwarding.spawn(async move {
             if let Err(error) = forwarder.run().await {
-                eprintln!("the proxy has ended: {error}");
+                tracing::error!(%error, "the proxy has ended");
             }
         });
         Ok(Self { address, counts, _forwarding: forwarding })
@@ -91,7 +91,7 @@ impl Forwarder {
             let (upstream, line) = match upstreams.entry(client) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(new) => {
-                    let upstream = Arc::new(UdpSocket::bind("127.0.0.1:0").await?);
+                    let upstream = Arc::new(UdpSocket::bind(any_of_its_kind(self.server)).await?);
                     upstream.connect(self.server).await?;
                     let up = Line::new(self.quality, self.dice.split());
                     let down = Line::new(self.quality, self.dice.split());
@@ -142,6 +142,14 @@ impl Forwarder {
                 while tasks.try_join_next().is_some() {}
             }
         }
+    }
+}
+
+/// Any port on every network of the kind that an address is of.
+fn any_of_its_kind(server: SocketAddr) -> SocketAddr {
+    match server {
+        SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),
+        SocketAddr::V6(_) => (Ipv6Addr::UNSPECIFIED, 0).into(),
     }
 }
 
