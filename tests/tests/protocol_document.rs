@@ -1,0 +1,382 @@
+//! The description of the protocol: its vectors are what the core says today, and the program in it reads them.
+//!
+//! Invariant under test: nobody changes the wire without raising the version and writing the vectors anew.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
+use pottery_shared::protocol::{
+    ALPN, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe,
+    MeshWire, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Role, Run, ShapeWire, Sight, SightName,
+    ToolWire, VERSION, Welcome, WheelWire, encode,
+};
+use pottery_shared::snapshot::{Author, Detail, Moment, Tier, Touched, Version, quantise};
+use pottery_shared::units::Tick;
+use pottery_tests::dice::Dice;
+use pottery_tests::programs::folder;
+use serde_json::{Value, json};
+
+fn shared(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name)
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        write!(text, "{byte:02x}").unwrap();
+        text
+    })
+}
+
+const CLAY: ClayWire = ClayWire { viscosity_s: 0.125, youngs_pa: 2e6, yield_pa: 40_000.0 };
+const SIGHT: SightName = SightName { wheel: 3, detail: 1 };
+const POT: PotWire =
+    PotWire { columns: 360, rows: 400, height_m: 0.25, radius_m: 0.0625, wall_m: 0.0078125, support: 1 };
+const TURNING: WheelWire = WheelWire { from: 70_000, phase: 0xdead_beef, rate: -71_583 };
+
+fn clay() -> Value {
+    json!([0.125, 2e6, 40_000.0])
+}
+
+fn sight() -> Value {
+    json!({ "wheel": 3, "detail": 1 })
+}
+
+fn pot() -> Value {
+    json!({ "columns": 360, "rows": 400, "measures": [0.25, 0.0625, 0.0078125], "support": 1 })
+}
+
+fn turning() -> Value {
+    json!({ "from": 70_000, "phase": 0xdead_beef_u32, "rate": -71_583 })
+}
+
+fn mesh() -> (MeshWire, Value) {
+    let corners = [[0.0, 0.0, 0.0078125], [0.015625, 0.0, 0.0], [0.0, 0.015625, 0.0], [-0.5, -0.25, -0.125]];
+    let facets = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [300, 2, 1]];
+    let mesh = MeshWire { corners_m: corners.to_vec(), facets: facets.to_vec() };
+    (mesh, json!({ "corners": corners, "facets": facets }))
+}
+
+/// A message with what a reader should find in it.
+fn vector(kind: &str, bytes: &[u8], value: Value) -> Value {
+    json!({ "kind": kind, "hex": hex(bytes), "value": value })
+}
+
+fn greetings() -> Vec<Value> {
+    let greeting = |hello: &Hello, value: Value| {
+        let greeting = Greeting { magic: Greeting::MAGIC, version: VERSION.to_le_bytes(), hello: encode(hello) };
+        let value = json!({ "magic": "POTS", "version": VERSION, "hello": value });
+        vector("greeting", &encode(&greeting), value)
+    };
+    vec![
+        greeting(
+            &Hello { code: "K7QM3XPD".into(), wheel: 2, role: Role::Works { retells: false } },
+            json!({ "code": "K7QM3XPD", "wheel": 2, "role": { "works": false } }),
+        ),
+        greeting(
+            &Hello { code: "00000000".into(), wheel: 0, role: Role::Watches { bytes_per_s: 100_000 } },
+            json!({ "code": "00000000", "wheel": 0, "role": { "watches": 100_000 } }),
+        ),
+    ]
+}
+
+fn requests() -> Vec<Value> {
+    let (mesh, mesh_value) = mesh();
+    let all = [
+        (Request::WheelSpeed { rpm: -62.5 }, json!({ "speed": -62.5 })),
+        (Request::Clay { clay: CLAY }, json!({ "clay": clay() })),
+        (Request::Tool { mesh }, json!({ "tool": mesh_value })),
+        (Request::Again { have: 250 }, json!({ "again": 250 })),
+        (Request::Resync { have: 251 }, json!({ "resync": 251 })),
+        (Request::Watch { sight: SIGHT, have: 65_536 }, json!({ "watch": { "sight": sight(), "have": 65_536 } })),
+        (Request::Unwatch { sight: SIGHT }, json!({ "unwatch": sight() })),
+        (Request::Retell { retells: true }, json!({ "retell": true })),
+        (Request::Leave, json!("leave")),
+    ];
+    all.iter().map(|(request, value)| vector("request", &encode(request), value.clone())).collect()
+}
+
+fn notices() -> Vec<Value> {
+    let (mesh, mesh_value) = mesh();
+    let welcome = Welcome {
+        client: 7,
+        now: 1 << 33,
+        pot: POT,
+        wheel: vec![TURNING, TURNING],
+        clay: vec![(0, CLAY), (90_000, CLAY)],
+        method: 2,
+        told: 5,
+    };
+    let all = [
+        (
+            Notice::Welcome(welcome),
+            json!({ "welcome": {
+                "client": 7, "now": 1_u64 << 33, "pot": pot(), "wheel": [turning(), turning()],
+                "clay": [[0, clay()], [90_000, clay()]], "method": 2, "told": 5,
+            } }),
+        ),
+        (
+            Notice::Audience(Audience { now: 12, wheels: 8, pot: POT, method: 0 }),
+            json!({ "audience": { "now": 12, "wheels": 8, "pot": pot(), "method": 0 } }),
+        ),
+        (Notice::Refused(Refusal::Version { server: 7, client: 300 }), json!({ "refused": { "version": [7, 300] } })),
+        (Notice::Refused(Refusal::Code), json!({ "refused": "code" })),
+        (Notice::Refused(Refusal::Wheel { wheel: 9, wheels: 8 }), json!({ "refused": { "wheel": [9, 8] } })),
+        (Notice::Refused(Refusal::Full { people: 64 }), json!({ "refused": { "full": 64 } })),
+        (Notice::Refused(Refusal::Greeting), json!({ "refused": "greeting" })),
+        (Notice::Wheel { from: 5000, rate: 71_583 }, json!({ "wheel": [5000, 71_583] })),
+        (Notice::Clay { from: 5000, clay: CLAY }, json!({ "clay": [5000, clay()] })),
+        (Notice::Tool { shape: 4, mesh }, json!({ "tool": [4, mesh_value] })),
+        (Notice::NoTool(NoTool::Full { brought: 12 }), json!({ "no_tool": { "full": 12 } })),
+        (Notice::NoTool(NoTool::Unsound), json!({ "no_tool": "unsound" })),
+        (Notice::Closing, json!("closing")),
+    ];
+    all.iter().map(|(notice, value)| vector("notice", &encode(notice), value.clone())).collect()
+}
+
+fn inputs() -> Value {
+    // steps as of a hand, one that takes sixteen bits, and none
+    let hand: Vec<[i16; 3]> = (0..20).map(|tick| [tick % 3 - 1, 4 - tick / 4, -7]).collect();
+    let wild = vec![[i16::MIN, i16::MAX, 0], [i16::MAX, 0, -1], [0, 1, 2]];
+    let run = |tool, inside, steps: &Vec<[i16; 3]>, turns: &Vec<[i16; 3]>| Run {
+        first_tick: 123_456,
+        tool,
+        inside,
+        start: [-6500, 0, 10_000],
+        steps: steps.clone().into(),
+        turns: turns.clone().into(),
+    };
+    let value = |tool: Value, inside: bool, steps: &Vec<[i16; 3]>, turns: &Vec<[i16; 3]>| json!({ "tick": 123_456, "tool": tool, "inside": inside, "start": [-6500, 0, 10_000], "steps": steps, "turns": turns });
+    let (sphere, rib) =
+        (ShapeWire::Sphere { radius_um: 12_000 }, ShapeWire::Convex { shape: 0, orientation: [16_384, -300, 0] });
+    let (sphere_value, rib_value) =
+        (json!({ "sphere": 12_000 }), json!({ "convex": { "shape": 0, "turned": [16_384, -300, 0] } }));
+    let none = Vec::new();
+    let runs = vec![run(sphere, false, &hand, &none), run(rib, true, &wild, &wild), run(sphere, true, &none, &none)];
+    let values = [
+        value(sphere_value.clone(), false, &hand, &none),
+        value(rib_value, true, &wild, &wild),
+        value(sphere_value, true, &none, &none),
+    ];
+    vector("inputs", &encode(&Inputs { first: u32::MAX - 1, runs }), json!({ "first": u32::MAX - 1, "runs": values }))
+}
+
+fn datagrams() -> Vec<Value> {
+    let tool =
+        ToolWire { client: 2, centre: [6500, -1, 9000], tool: ShapeWire::Sphere { radius_um: 500 }, touching: true };
+    let fragment = Fragment { version: 1001, of: FragmentOf::Delta, index: 1, count: 2, bytes: vec![1, 2, 250, 255] };
+    let first = Body {
+        tick: 16_666,
+        latest: 1001,
+        digest: Some(u64::MAX),
+        tools: Some(vec![tool]),
+        fragments: vec![fragment.clone()],
+    };
+    let next = Body {
+        digest: None,
+        tools: None,
+        fragments: vec![Fragment { of: FragmentOf::Transcript, ..fragment }],
+        ..first.clone()
+    };
+    let piece = |of| json!([{ "version": 1001, "of": of, "index": 1, "count": 2, "bytes": "0102faff" }]);
+    let first_value = json!({
+        "tick": 16_666, "latest": 1001, "digest": u64::MAX,
+        "tools": [{ "client": 2, "centre": [6500, -1, 9000], "tool": { "sphere": 500 }, "touching": true }],
+        "fragments": piece("delta"),
+    });
+    let next_value =
+        json!({ "tick": 16_666, "latest": 1001, "digest": null, "tools": null, "fragments": piece("transcript") });
+    let head = PulseHead { acknowledged: 400, slack: Some(-6) };
+    let quiet = PulseHead { acknowledged: 0, slack: None };
+    vec![
+        vector(
+            "pulse",
+            &encode(&Pulse { head, body: first.clone() }),
+            json!({ "acknowledged": 400, "slack": -6, "body": first_value }),
+        ),
+        vector(
+            "pulse",
+            &encode(&Pulse { head: quiet, body: next.clone() }),
+            json!({ "acknowledged": 0, "slack": null, "body": next_value }),
+        ),
+        vector(
+            "seen",
+            &encode(&Sight { name: SIGHT, turning: Some(TURNING), body: first }),
+            json!({ "name": sight(), "turning": turning(), "body": first_value }),
+        ),
+        vector(
+            "seen",
+            &encode(&Sight { name: SIGHT, turning: None, body: next }),
+            json!({ "name": sight(), "turning": null, "body": next_value }),
+        ),
+    ]
+}
+
+fn keyframes() -> Vec<Value> {
+    let keyframe = |sight_name, value: Value, goes_on| {
+        let keyframe = Keyframe {
+            version: 900,
+            since: 0,
+            tick: 15_000,
+            acknowledged: 77,
+            sight: sight_name,
+            goes_on,
+            bytes: vec![0, 128, 255],
+        };
+        vector(
+            "keyframe",
+            &encode(&keyframe),
+            json!({
+                "version": 900, "since": 0, "tick": 15_000, "acknowledged": 77, "sight": value,
+                "goes_on": goes_on, "bytes": "0080ff",
+            }),
+        )
+    };
+    vec![keyframe(None, Value::Null, true), keyframe(Some(SIGHT), sight(), false)]
+}
+
+/// A pot into which dice press, without any law of clay: what is told, and with which digests.
+struct Wheel {
+    pot: Pot,
+    author: Author,
+    touched: Touched,
+    dice: Dice,
+    now: u64,
+}
+
+impl Wheel {
+    const SHAPE: (u32, u32) = (44, 37);
+
+    fn new() -> Self {
+        let shape = GridShape::new(Self::SHAPE.0, Self::SHAPE.1).unwrap();
+        let mut pot = Pot::new(PotSpec { shape, ..PotSpec::default() }).unwrap();
+        let author = Author::new(&mut pot);
+        let touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
+        Self { pot, author, touched, dice: Dice::new(5), now: 0 }
+    }
+
+    /// A dent that stands in the room while the pot turns, with some roughness; now and then another one elsewhere.
+    fn press(&mut self) -> (Vec<u8>, Moment) {
+        let turned = (self.now * 3 / 2) as u32;
+        let mut dents = vec![(turned % Self::SHAPE.0, 12_u32, 9_i32)];
+        if self.now % 5 == 4 {
+            dents.push(((turned + 20) % Self::SHAPE.0, 30, -120));
+        }
+        for (column, row, deep) in dents {
+            for (aside, up) in (0..7).flat_map(|aside| (0..7).map(move |up| (aside, up))) {
+                let (column, row) = ((column + aside) % Self::SHAPE.0, row + up);
+                let (from_middle, rough) = ((aside as i32 - 3).pow(2) + (up as i32 - 3).pow(2), self.dice.roll() % 3);
+                let depth = deep * (18 - from_middle) / 18 + rough as i32;
+                let radius_m = self.pot.surfaces()[0].column_m(column)[row as usize];
+                let step = (i32::from(quantise(radius_m)) - depth) as u16;
+                self.pot.surfaces_mut()[0].set_radius(column, row, pottery_shared::snapshot::dequantise(step));
+                self.touched.add_window(0, Window { first_column: column, columns: 1, first_row: row, rows: 1 });
+            }
+        }
+        self.now += 1;
+        // with pauses, so that the time between deltas changes
+        let tick = Tick(self.now * 17 + self.now / 4 * 30);
+        let now = Moment { tick, phase: Phase((tick.0 as u32).wrapping_mul(5_000_000)) };
+        (self.author.publish(&mut self.pot, &mut self.touched, now).unwrap().bytes, now)
+    }
+}
+
+fn said(kind: &str, version: Version, bytes: &[u8], digest: u64) -> Value {
+    json!({ "kind": kind, "version": version.0, "hex": hex(bytes), "digest": format!("{digest:016x}") })
+}
+
+fn keyframe_said(author: &Author, since: Version, goes_on: bool) -> Value {
+    let mut value = said("keyframe", author.latest(), &author.keyframe(since, goes_on), author.digest());
+    value["since"] = since.0.into();
+    value["goes_on"] = goes_on.into();
+    value
+}
+
+fn chains() -> Vec<Value> {
+    let mut wheel = Wheel::new();
+    let (columns, rows) = Wheel::SHAPE;
+    let radius_step = quantise(PotSpec::default().radius.0);
+    let mut tiers = Detail::ALL.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
+    let (mut from_the_start, mut late, mut gap) = (Vec::new(), Vec::new(), Vec::new());
+    for version in 1..=14 {
+        let (bytes, now) = wheel.press();
+        let delta = said("delta", wheel.author.latest(), &bytes, wheel.author.digest());
+        from_the_start.push(delta.clone());
+        match version {
+            ..=3 => gap.push(delta.clone()),
+            4..9 => {}
+            9 => gap.push(keyframe_said(&wheel.author, Version(3), true)),
+            _ => gap.push(delta.clone()),
+        }
+        match version {
+            6 => late.push(keyframe_said(&wheel.author, Version(0), true)),
+            7.. => late.push(delta),
+            _ => {}
+        }
+        for (_, tier, chain) in &mut tiers {
+            if let Some(delta) = tier.publish(&wheel.author, now) {
+                chain.push(said("delta", delta.version, &delta.bytes, tier.digest()));
+            }
+        }
+    }
+    late.push(keyframe_said(&wheel.author, Version(0), false));
+    let chain = |columns: u32, rows: u32, quantum: u16, said: &[Value]| json!({ "columns": columns, "rows": rows, "radius_step": radius_step, "quantum": quantum, "said": said });
+    let mut chains: Vec<_> = [from_the_start, late, gap].iter().map(|said| chain(columns, rows, 1, said)).collect();
+    for ((detail, _, said), quantum) in tiers.iter().zip([3, 16]) {
+        let grid = detail.grid_of(GridShape::new(columns, rows).unwrap());
+        chains.push(chain(grid.columns(), grid.rows(), quantum, said));
+    }
+    chains
+}
+
+fn vectors() -> Value {
+    let messages = [greetings(), requests(), notices(), vec![inputs()], datagrams(), keyframes()].concat();
+    json!({ "version": VERSION, "messages": messages, "chains": chains() })
+}
+
+#[test]
+fn vectors_are_what_is_said_today() {
+    let path = shared("protocol-vectors.json");
+    let today = format!("{:#}\n", vectors());
+    if std::env::var_os("POTTERY_WRITE_VECTORS").is_some() {
+        fs::write(&path, &today).unwrap();
+    }
+    let kept = fs::read_to_string(&path).unwrap();
+    let first = kept.lines().zip(today.lines()).find(|(kept, today)| kept != today);
+    assert!(
+        kept == today,
+        "the wire is no longer what shared/protocol-vectors.json says ({first:?}): raise VERSION, tell it in \
+         shared/PROTOCOL.md, and write the vectors anew with POTTERY_WRITE_VECTORS=1"
+    );
+}
+
+#[test]
+fn program_in_the_description_reads_every_vector() {
+    let text = fs::read_to_string(shared("PROTOCOL.md")).unwrap();
+    let program = text.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    let folder = folder("protocol");
+    let script = folder.join("reader.py");
+    fs::write(&script, program).unwrap();
+    let output = Command::new("python3").arg(&script).arg(shared("protocol-vectors.json")).output();
+    let output = output.expect("python3 reads the vectors: install it");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let expected = format!("read {} messages and ", vectors()["messages"].as_array().unwrap().len());
+    assert!(said.starts_with(&expected), "{said}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn description_names_version_and_limits() {
+    let text = fs::read_to_string(shared("PROTOCOL.md")).unwrap().replace('\n', " ");
+    assert!(text.starts_with(&format!("# The protocol, version {VERSION} ")), "another version");
+    let alpn = std::str::from_utf8(ALPN).unwrap();
+    let control = format!("{},{}", CONTROL_MAX / 1000, CONTROL_MAX % 1000);
+    for named in [alpn, &DATAGRAM_MAX.to_string(), &control] {
+        assert!(text.contains(named), "{named} is not named");
+    }
+}
