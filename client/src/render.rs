@@ -9,6 +9,7 @@
 //! Everything works within WebGL2's limits: no storage buffer, no compute, no feature asked for.
 
 mod camera;
+mod enlarge;
 mod frame;
 mod gpu;
 mod grid;
@@ -20,6 +21,7 @@ mod readback;
 mod renderer;
 mod scene;
 mod shader;
+mod sharpness;
 mod solid;
 mod turntable;
 
@@ -31,4 +33,5 @@ pub use readback::RenderError;
 pub use renderer::PotRenderer;
 pub use scene::{Scene, ToolView};
 pub use shader::{MODULES, ShaderText};
+pub use sharpness::Sharpness;
 pub use turntable::turntable;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{Quat, Vec2, Vec3};
 use pottery_client::render::{
-    Camera, Gpu, MODULES, PotRenderer, RenderError, Scene, ToolView, picture, picture_rgba, probe_skin,
+    Camera, Gpu, MODULES, PotRenderer, RenderError, Scene, Sharpness, ToolView, picture, picture_rgba, probe_skin,
 };
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Skin, Window};
 use pottery_shared::tool::{ConvexTool, Shape, Tool, rack};
@@ -479,4 +479,55 @@ fn a_pot_that_is_cut_shows_its_wall_as_thick_as_it_is() {
             "{azimuth_rad}: of {clay} pixels of clay {changed} changed: the nearer half is there"
         );
     }
+}
+
+#[test]
+fn a_picture_of_fewer_pixels_is_the_same_picture_less_sharp() {
+    let gpu = gpu();
+    let pot = grooved_pot();
+    let mut renderer = PotRenderer::new(&gpu, wgpu::TextureFormat::Rgba8UnormSrgb, 1, &pot);
+    let mut drawn = |share: f32| -> Pixels {
+        renderer.set_share(share);
+        bytemuck::pod_collect_to_vec(&renderer.pixels(&Scene::default(), WIDTH, HEIGHT).unwrap())
+    };
+    let whole = drawn(1.0);
+    let differences = [0.9, 0.7, 0.5].map(|share| mean_difference(&whole, &drawn(share)));
+    // what differs are edges and grooves, more of them the fewer pixels there are, and never the whole
+    assert!(differences.is_sorted() && differences[0] > 0.0 && differences[2] < 6.0, "{differences:?}");
+    assert!(mean_difference(&whole, &drawn(1.0)) == 0.0);
+}
+
+#[test]
+fn sharpness_falls_until_pictures_are_quick_enough_and_stays_there() {
+    // what a picture costs is its pixels; a machine that takes so many ms for all of them
+    let settled = |whole_ms: f32| {
+        let mut sharpness = Sharpness::default();
+        let shares: Vec<f32> = (0..400)
+            .map(|_| {
+                sharpness.note(whole_ms * sharpness.share().powi(2));
+                sharpness.share()
+            })
+            .collect();
+        assert!(shares[200..].iter().all(|share| *share == shares[399]), "{whole_ms} ms: {shares:?}");
+        shares[399]
+    };
+    for whole_ms in [1.0, 15.0, 22.0] {
+        assert_eq!(settled(whole_ms), 1.0, "{whole_ms} ms");
+    }
+    for whole_ms in [25.0, 36.0, 60.0, 80.0] {
+        let share = settled(whole_ms);
+        let taken_ms = whole_ms * share * share;
+        assert!(taken_ms < Sharpness::LONGEST_MS && taken_ms > 0.6 * Sharpness::LONGEST_MS, "{whole_ms}: {share}");
+    }
+    assert_eq!(settled(1e4), Sharpness::LEAST);
+    // a machine that becomes free again, and figures that are none
+    let mut sharpness = Sharpness::default();
+    for taken_ms in [200.0, f32::NAN, f32::INFINITY].into_iter().cycle().take(300) {
+        sharpness.note(taken_ms);
+    }
+    assert_eq!(sharpness.share(), Sharpness::LEAST);
+    for _ in 0..100 {
+        sharpness.note(2.0);
+    }
+    assert_eq!(sharpness.share(), 1.0);
 }

@@ -7,6 +7,7 @@
 use pottery_shared::clay::{GridShape, Pot, Skin, Window};
 use pottery_shared::snapshot::Touched;
 
+use super::enlarge::Enlarger;
 use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
 use super::mesh::{Meshes, Stride, mesh_columns};
@@ -92,6 +93,8 @@ pub struct PotRenderer {
     meshes: Meshes,
     solids: Solids,
     outline: Outline,
+    share: f32,
+    enlarger: Enlarger,
     targets: Option<Targets>,
 }
 
@@ -137,6 +140,8 @@ impl PotRenderer {
             meshes: Meshes::default(),
             solids: Solids::default(),
             outline: Outline::of(pot),
+            share: 1.0,
+            enlarger: Enlarger::new(&device, color_format),
             targets: None,
             device,
         };
@@ -150,6 +155,11 @@ impl PotRenderer {
     /// far apart as rows.
     pub fn set_vertex_px(&mut self, vertex_px: f32) {
         self.vertex_px = vertex_px;
+    }
+
+    /// Sets the share of width and height that is drawn, above 0 up to 1; what is smaller is enlarged to the picture.
+    pub fn set_share(&mut self, share: f32) {
+        self.share = share.clamp(0.05, 1.0);
     }
 
     /// Sends the radii of one window of one surface to the device, and nothing else.
@@ -217,6 +227,24 @@ impl PotRenderer {
         if width == 0 || height == 0 {
             return;
         }
+        let drawn = [width, height].map(|side| ((side as f32 * self.share).round() as u32).clamp(1, side));
+        if drawn == [width, height] {
+            self.draw_whole(encoder, target, size, scene);
+        } else {
+            let smaller = self.enlarger.target(&self.device, drawn.into());
+            self.draw_whole(encoder, &smaller, drawn.into(), scene);
+            self.enlarger.enlarge(encoder, target);
+        }
+    }
+
+    fn draw_whole(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        size: (u32, u32),
+        scene: &Scene<'_>,
+    ) {
+        let (width, height) = size;
         let aspect = width as f32 / height as f32;
         self.solids.complete(&self.device, scene.rack);
         let tools = frame::shown(scene);

@@ -35,6 +35,7 @@ pub(super) const RIM: ShaderText =
     module!("rim": "transform.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "rim.wgsl");
 pub(super) const TOOL: ShaderText = module!("tool": "frame.wgsl", "light.wgsl", "tool.wgsl");
 pub(super) const SCENERY: ShaderText = module!("scenery": "frame.wgsl", "light.wgsl", "body.wgsl", "scenery.wgsl");
+pub(super) const ENLARGE: ShaderText = module!("enlarge": "enlarge.wgsl");
 
 /// Every module that the renderer compiles.
-pub const MODULES: [ShaderText; 6] = [RELIEF, PROBE, CLAY, RIM, TOOL, SCENERY];
+pub const MODULES: [ShaderText; 7] = [RELIEF, PROBE, CLAY, RIM, TOOL, SCENERY, ENLARGE];

@@ -34,7 +34,7 @@ use player::Player;
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 pub(crate) fn frame(gpu: &Gpu) -> Duration {
-    Duration::from_millis(if gpu.is_software() { 50 } else { 16 })
+    Duration::from_millis(if gpu.is_software() { 33 } else { 16 })
 }
 
 /// Samples a pixel.

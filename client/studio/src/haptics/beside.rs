@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use anyhow::Context;
-use pottery_client::render::{Gpu, PotRenderer, Scene};
+use pottery_client::render::{Gpu, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::{Phase, Pot};
 
 use crate::window;
@@ -66,14 +66,19 @@ fn draw(
         view_formats: &[],
     });
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let mut pictures = 0;
+    let (mut pictures, mut sharpness) = (0, Sharpness::default());
     while !is_over.load(Ordering::Relaxed) {
         let begin = Instant::now();
         let phase = look(&mut renderer);
         let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         renderer.draw(&mut encoder, &view, SIZE, &Scene { phase, ..Scene::default() });
         gpu.queue().submit([encoder.finish()]);
+        let submitted = Instant::now();
         gpu.device().poll(wgpu::PollType::wait_indefinitely())?;
+        if gpu.is_software() {
+            sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
+            renderer.set_share(sharpness.share());
+        }
         pictures += 1;
         std::thread::sleep(window::frame(gpu).saturating_sub(begin.elapsed()));
     }

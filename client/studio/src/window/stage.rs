@@ -4,9 +4,10 @@
 //! Invariant: the surface is configured to the window's size whenever that is not zero.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use anyhow::Context;
-use pottery_client::render::{Gpu, PotRenderer, Scene};
+use pottery_client::render::{Gpu, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
@@ -21,6 +22,7 @@ pub(super) struct Stage {
     configuration: wgpu::SurfaceConfiguration,
     gpu: Gpu,
     pot: PotRenderer,
+    sharpness: Sharpness,
     panel: egui_wgpu::Renderer,
 }
 
@@ -50,7 +52,16 @@ impl Stage {
         surface.configure(gpu.device(), &configuration);
         let renderer = PotRenderer::new(&gpu, configuration.format, super::samples(&gpu), pot);
         let panel = egui_wgpu::Renderer::new(gpu.device(), configuration.format, egui_wgpu::RendererOptions::default());
-        Ok(Self { window, instance, surface, configuration, gpu, pot: renderer, panel })
+        Ok(Self {
+            window,
+            instance,
+            surface,
+            configuration,
+            gpu,
+            pot: renderer,
+            sharpness: Sharpness::default(),
+            panel,
+        })
     }
 
     pub(super) fn gpu(&self) -> &Gpu {
@@ -111,7 +122,14 @@ impl Stage {
                 self.panel.render(&mut pass.forget_lifetime(), &shapes.primitives, &descriptor);
             }
             buffers.push(encoder.finish());
+            let submitted = Instant::now();
             queue.submit(buffers);
+            if self.gpu.is_software() {
+                // it is this processor that would go on drawing in the background
+                device.poll(wgpu::PollType::wait_indefinitely())?;
+                self.sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
+                self.pot.set_share(self.sharpness.share());
+            }
             self.window.pre_present_notify();
             queue.present(texture);
         }
