@@ -5,7 +5,7 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
-use pottery_shared::clay::{Contact, Footprint, GridShape, Material, MethodKind, Pot, PotSpec, Press, SubStep};
+use pottery_shared::clay::{Contact, Footprint, GridShape, Material, MethodKind, Pot, PotSpec, Press, SubStep, Window};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Seconds};
 
@@ -242,4 +242,30 @@ fn finer_grid_changes_neither_force_nor_removed_volume() {
             assert!((coarse.1 / fine.1 - 1.0).abs() < 0.03, "{} mm³ and {} mm³", coarse.1, fine.1);
         }
     }
+}
+
+#[test]
+fn a_window_is_changed_as_its_elements_are_one_by_one() {
+    // rows that fill no eight, and columns over the seam
+    let window = Window { first_column: 55, columns: 11, first_row: 3, rows: 21 };
+    let (mut at_once, mut singly) = (pot_of(60, 30), pot_of(60, 30));
+    for row in 0..30 {
+        for pot in [&mut at_once, &mut singly] {
+            pot.surfaces_mut()[0].set_radius(57, row, 0.050 + 0.001 * row as f32);
+        }
+    }
+    let change = |radius_m: f32| match (radius_m * 1e4) as u32 % 7 {
+        0 => f32::NAN,
+        1 => f32::INFINITY,
+        2 => -1.0,
+        _ => radius_m * 0.9,
+    };
+    at_once.surfaces_mut()[0].change_window(window, change);
+    for column in window.grid_columns(at_once.spec().shape) {
+        for row in 3..24 {
+            let radius_m = singly.surfaces()[0].column_m(column)[row as usize];
+            singly.surfaces_mut()[0].set_radius(column, row, change(radius_m));
+        }
+    }
+    assert!(at_once == singly && at_once != pot_of(60, 30));
 }

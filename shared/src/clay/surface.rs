@@ -1,7 +1,7 @@
 //! One skin of the pot: a grid of radii over angle and height.
 //!
 //! Owns the radii and their bounds, and the places of the elements; no method and no tool.
-//! Invariant: every radius is finite and within the bounds; `set_radius` is the only way in.
+//! Invariant: every radius is finite and within the bounds; `set_radius`, `displace` and `change_window` see to it.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -209,6 +209,33 @@ impl Surface {
             }
         }
         self.widest_m = widest.to_array().into_iter().fold(self.widest_m, f32::max);
+    }
+
+    /// Puts every radius of a window through `change`; as in [`Surface::set_radius`], the bounds hold and what is not a number
+    /// changes nothing.
+    ///
+    /// # Panics
+    /// When the window lies outside of the grid.
+    pub fn change_window(&mut self, window: Window, change: impl Fn(f32) -> f32) {
+        let rows = self.shape.rows() as usize;
+        let (low_m, high_m) = (self.radius_min_m, self.radius_max_m);
+        // one a lane, so that no element waits for the one before
+        let mut widest_m = [self.widest_m; LANES];
+        let put = |radius_m: &mut f32, widest_m: &mut f32| {
+            let changed_m = change(*radius_m);
+            let kept_m = if changed_m.is_nan() { *radius_m } else { changed_m.clamp(low_m, high_m) };
+            *widest_m = if kept_m > *widest_m { kept_m } else { *widest_m };
+            *radius_m = kept_m;
+        };
+        for column in window.grid_columns(self.shape) {
+            let start = column as usize * rows + window.first_row as usize;
+            let (eights, last) = self.radii_m[start..][..window.rows as usize].as_chunks_mut::<LANES>();
+            for eight in eights {
+                eight.iter_mut().zip(&mut widest_m).for_each(|(radius_m, widest_m)| put(radius_m, widest_m));
+            }
+            last.iter_mut().zip(&mut widest_m).for_each(|(radius_m, widest_m)| put(radius_m, widest_m));
+        }
+        self.widest_m = widest_m.into_iter().fold(self.widest_m, f32::max);
     }
 
     /// Takes the radii of `window` over from a surface of the same shape.

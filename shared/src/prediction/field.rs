@@ -114,11 +114,5 @@ pub(super) fn shapes(pot: &Pot) -> Vec<GridShape> {
 }
 
 fn round(pot: &mut Pot, surface: usize, window: Window) {
-    let surface = &mut pot.surfaces_mut()[surface];
-    for column in window.first_column..window.first_column + window.columns {
-        for row in window.first_row..window.first_row + window.rows {
-            let radius_m = surface.column_m(column)[row as usize];
-            surface.set_radius(column, row, dequantise(quantise(radius_m)));
-        }
-    }
+    pot.surfaces_mut()[surface].change_window(window, |radius_m| dequantise(quantise(radius_m)));
 }
