@@ -93,6 +93,10 @@ impl Sound {
 }
 
 /// What a server asks for samples.
+#[cfg_attr(
+    not(all(feature = "sound", target_os = "linux")),
+    expect(dead_code, reason = "nothing that plays was built in")
+)]
 struct Player<L> {
     listen: L,
     is_muted: Arc<AtomicBool>,
