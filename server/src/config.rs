@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pottery_shared::clay::{
-    GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
+    Form, GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
 };
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::snapshot::PotRecord;
@@ -28,6 +28,8 @@ pub struct ServerConfig {
     pub people_max: u16,
     /// The pot on every wheel, untouched.
     pub pot: PotSpec,
+    /// Its form; any but a cylinder has a height and a radius of its own.
+    pub form: Form,
     /// A pot that was made before and stands on every wheel instead.
     pub opened: Option<Arc<PotRecord>>,
     /// How clay deforms.
@@ -77,6 +79,7 @@ impl Default for ServerConfig {
             wheels: 1,
             people_max: 64,
             pot: PotSpec::default(),
+            form: Form::default(),
             opened: None,
             method: MethodKind::default(),
             wheel_speed: Rpm(60.0),
@@ -124,6 +127,18 @@ pub enum ConfigError {
     Support {
         /// What was given.
         name: String,
+    },
+    /// A form that does not exist.
+    #[error("there is no form '{name}': choose cylinder, bowl, bottle or ball")]
+    Form {
+        /// What was given.
+        name: String,
+    },
+    /// Measures for a form that has its own.
+    #[error("a {form} has measures of its own: leave 'height_mm' and 'radius_mm' out, or choose a cylinder")]
+    Measures {
+        /// The form.
+        form: &'static str,
     },
     /// Clay that nobody knows by that name.
     #[error("there is no clay '{name}': choose stiff, throwing, soft or slip, or say how wet it is")]
@@ -180,6 +195,7 @@ pub struct FileConfig {
     height_mm: Option<f32>,
     radius_mm: Option<f32>,
     wall_mm: Option<f32>,
+    form: Option<String>,
     method: Option<String>,
     wheel_rpm: Option<f32>,
     clay: Option<String>,
@@ -218,6 +234,12 @@ impl FileConfig {
         config.wheels = self.wheels.unwrap_or(config.wheels);
         config.people_max = self.people_max.unwrap_or(config.people_max);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);
+        if let Some(name) = self.form {
+            config.form = Form::from_name(&name).ok_or(ConfigError::Form { name })?;
+            if config.form != Form::Cylinder && (self.height_mm.is_some() || self.radius_mm.is_some()) {
+                return Err(ConfigError::Measures { form: config.form.name() });
+            }
+        }
         if let Some(name) = self.support {
             config.pot.support = Support::from_name(&name).ok_or(ConfigError::Support { name })?;
         }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pottery_server::{FileConfig, Server, ServerConfig};
-use pottery_shared::clay::{Material, Preset, Support, Wetness};
+use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 
 /// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
@@ -26,6 +26,9 @@ struct Flags {
     /// Number of wheels, each with its own pot
     #[arg(long)]
     wheels: Option<u16>,
+    /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
+    #[arg(long, value_name = "NAME", value_parser = form)]
+    form: Option<Form>,
     /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
     #[arg(long, value_name = "NAME", value_parser = support)]
     support: Option<Support>,
@@ -38,8 +41,8 @@ struct Flags {
     /// Session file to write while the studio is open: pottery-studio replay goes through it again. It must not exist yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, method,
-    /// wheel_rpm, clay, wetness, support
+    /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
+    /// method, wheel_rpm, clay, wetness, support
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -50,6 +53,10 @@ const EXAMPLES: &str = "Examples:
   pottery-server --listen 127.0.0.1:5000          this machine only
   pottery-server --clay soft                      wetter clay on every wheel
   pottery-server --record monday.session          keep what happens, for pottery-studio replay";
+
+fn form(text: &str) -> Result<Form, String> {
+    Form::from_name(text).ok_or_else(|| "choose cylinder, bowl, bottle or ball".into())
+}
 
 fn support(text: &str) -> Result<Support, String> {
     Support::from_name(text).ok_or_else(|| "choose backed or hollow".into())
@@ -90,6 +97,7 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.code = flags.code.or(config.code);
     config.record = flags.record;
+    config.form = flags.form.unwrap_or(config.form);
     config.pot.support = flags.support.unwrap_or(config.pot.support);
     if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
         config.clay = Material::from_wetness(wetness);

@@ -7,9 +7,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use pottery_shared::clay::Pot;
+use pottery_shared::clay::{Form, Pot};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::room::{Room, RoomConfig, RoomCounts};
+use pottery_shared::snapshot::PotRecord;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
@@ -126,9 +127,13 @@ impl Server {
             wheel_speed: config.wheel_speed,
             clay: config.clay,
         };
-        let room = match opened {
-            Some(record) => Room::starting_from(room, &record),
-            None => Room::new(room),
+        let room = match (opened, config.form) {
+            (Some(record), _) => Room::starting_from(room, &record),
+            (None, Form::Cylinder) => Room::new(room),
+            (None, form) => {
+                let pot = form.pot(room.pot).map_err(ConfigError::from)?;
+                Room::starting_from(room, &PotRecord::of(&pot))
+            }
         };
         let mut room = room.map_err(ConfigError::from)?;
         let recorder = record

@@ -217,6 +217,8 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
         ("clay = \"mud\"\n", "stiff, throwing, soft or slip"),
         ("wetness = 1.5\n", "from 0 to 1"),
         ("clay = \"soft\"\nwetness = 0.5\n", "leave one of them out"),
+        ("form = \"vase\"\n", "cylinder, bowl, bottle or ball"),
+        ("form = \"bowl\"\nheight_mm = 90\n", "leave 'height_mm'"),
     ] {
         fs::write(&config, text).unwrap();
         let sentence = server(&["--config", config.to_str().unwrap()]);
@@ -224,6 +226,7 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
     }
     assert!(server(&["--config", "no-such.toml"]).contains("no-such.toml"));
     assert!(server(&["--clay", "mud"]).contains("stiff, throwing, soft or slip"));
+    assert!(server(&["--form", "vase"]).contains("cylinder, bowl, bottle or ball"));
     assert!(server(&["--wetness", "-0.5"]).contains("from 0 to 1"));
     assert!(server(&["--wetness", "0.5", "--clay", "soft"]).contains("--clay"));
     assert!(sentence(&headless(&out, &["--seconds=0"])).contains("0.5"));

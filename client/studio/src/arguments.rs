@@ -14,7 +14,7 @@ use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_client::{Claim, Core, Target};
 use pottery_server::ServerConfig;
-use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
+use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::{ConvexTool, Shape, Tool};
@@ -149,11 +149,14 @@ struct HostFlags {
     #[arg(long)]
     code: Option<JoinCode>,
     /// Pot file to go on with; it says what pot and clay there are, and how the clay deforms
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["method", "support", "clay", "wetness"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["form", "method", "support", "clay", "wetness"])]
     open: Option<PathBuf>,
     /// How the clay deforms
     #[arg(long, value_enum, default_value_t = MethodName::Plastic)]
     method: MethodName,
+    /// What stands on the wheel at first
+    #[arg(long, value_enum, default_value_t = FormName::Cylinder)]
+    form: FormName,
     /// What stands behind the pot's wall
     #[arg(long, value_enum, default_value_t = SupportName::Backed)]
     support: SupportName,
@@ -251,6 +254,29 @@ enum MethodName {
     Improved,
     /// The studio's own: elastic up to yield, plastic beyond, displaced clay comes back as a rim
     Plastic,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FormName {
+    /// Straight walls, 120 mm wide and 200 mm high
+    Cylinder,
+    /// Wide and low, 200 by 100 mm
+    Bowl,
+    /// A belly, shoulders and a narrow neck, 140 by 240 mm
+    Bottle,
+    /// A sphere without its poles, 160 by 130 mm
+    Ball,
+}
+
+impl FormName {
+    const fn form(self) -> Form {
+        match self {
+            Self::Cylinder => Form::Cylinder,
+            Self::Bowl => Form::Bowl,
+            Self::Bottle => Form::Bottle,
+            Self::Ball => Form::Ball,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -485,6 +511,7 @@ impl HostFlags {
                 MethodName::Improved => MethodKind::Improved,
                 MethodName::Plastic => MethodKind::Plastic,
             },
+            form: self.form.form(),
             pot: PotSpec { support: self.support.support(), ..PotSpec::default() },
             clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
             record: self.record_session.clone(),

@@ -1,0 +1,98 @@
+//! Pots to begin with: that each is what its name says, as large as it says, and clay like any other.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::process::Command;
+
+use pottery_client::pot_file::PotFile;
+use pottery_shared::clay::{Form, GridShape, Pot, PotSpec, Window};
+use pottery_shared::units::Metres;
+use pottery_tests::programs::{folder, program};
+
+fn made(form: Form) -> Pot {
+    form.pot(PotSpec::default()).unwrap()
+}
+
+/// Radius of every row, mm.
+fn outline_mm(pot: &Pot) -> Vec<f32> {
+    pot.surfaces()[0].column_m(0).iter().map(|radius_m| radius_m * 1e3).collect()
+}
+
+#[test]
+fn every_form_has_a_name_and_only_those() {
+    for form in Form::ALL {
+        assert_eq!(Form::from_name(form.name()), Some(form));
+    }
+    assert_eq!((Form::from_name("vase"), Form::default()), (None, Form::Cylinder));
+}
+
+#[test]
+fn forms_are_what_potters_call_them() {
+    let outline = |form| outline_mm(&made(form));
+    let widest = |radii: &[f32]| (0..radii.len()).max_by(|&one, &other| radii[one].total_cmp(&radii[other])).unwrap();
+    assert!(outline(Form::Cylinder).iter().all(|radius| (radius - 60.0).abs() < 1e-3));
+    let bowl = outline(Form::Bowl);
+    assert!(bowl.is_sorted() && (bowl[399] - 100.0).abs() < 0.1 && bowl[0] < 50.0, "{bowl:?}");
+    let bottle = outline(Form::Bottle);
+    let neck = bottle.iter().copied().fold(f32::INFINITY, f32::min);
+    assert!((120..200).contains(&widest(&bottle)) && neck < 30.0 && bottle[0] > 45.0, "{bottle:?}");
+    let ball = outline(Form::Ball);
+    assert!((190..210).contains(&widest(&ball)) && (ball[0] - ball[399]).abs() < 0.1, "{ball:?}");
+    for form in Form::ALL {
+        let pot = made(form);
+        let surface = &pot.surfaces()[0];
+        let steepest = surface
+            .column_m(0)
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).abs() / surface.row_height_m())
+            .fold(0.0, f32::max);
+        // a wall that lies flatter has no radius to speak of
+        assert!(steepest < 2.5, "{form:?}: {steepest}");
+        assert!(outline_mm(&pot).iter().all(|radius| *radius > 2.0 * pot.spec().wall.as_mm()), "{form:?}");
+    }
+}
+
+#[test]
+fn a_form_keeps_its_height_until_somebody_presses_it() {
+    for form in Form::ALL {
+        for shape in [GridShape::PAPER, GridShape::new(90, 100).unwrap()] {
+            let mut pot = form.pot(PotSpec { shape, ..PotSpec::default() }).unwrap();
+            let high_m = pot.spec().height.0;
+            let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
+            pot.settle(core::iter::once((0, whole)));
+            let settled_m = pot.surfaces()[0].height_m();
+            // radii are multiples of 3.8 µm to the volume's ledger
+            assert!((settled_m / high_m - 1.0).abs() < 2e-4, "{form:?}: {settled_m} m of {high_m} m");
+            assert!(pot.pressed_m3().abs() < 2e-4 * pot.enclosed_volume_m3(), "{form:?}: {} m³", pot.pressed_m3());
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_made_is_refused_as_for_any_pot() {
+    let spec = PotSpec { wall: Metres::from_mm(f32::NAN), ..PotSpec::default() };
+    for form in Form::ALL {
+        assert!(form.pot(spec).is_err(), "{form:?}");
+    }
+}
+
+#[test]
+fn a_studio_begins_with_the_form_that_is_asked_for() {
+    let out = folder("form");
+    for form in [Form::Bowl, Form::Bottle] {
+        let output = Command::new(program("pottery-studio"))
+            .args(["--headless", "--potters", "1", "--seconds", "1.5", "--form", form.name(), "--out"])
+            .arg(&out)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let file = PotFile::read(&out.join("pot.pot")).unwrap();
+        let (kept, new) = (outline_mm(&file.pot().pot()), outline_mm(&made(form)));
+        // the stroke leaves the foot alone in that time, and a snapshot rounds to 4 µm
+        assert!(kept[..40].iter().zip(&new).all(|(kept, new)| (kept - new).abs() < 0.01), "{kept:?}");
+        let solid = stl_io::read_stl(&mut fs::File::open(out.join("pot.stl")).unwrap()).unwrap();
+        solid.validate().expect("every edge has two triangles");
+    }
+    fs::remove_dir_all(out).unwrap();
+}
