@@ -63,9 +63,12 @@ impl Link {
         self.lost.swap(lost, Ordering::Relaxed) < lost
     }
 
-    /// Sends now or never; an oversized one is dropped and counted, since the path has shrunk.
+    /// Sends now or never. What finds the buffer full is dropped and counted, and so is what is longer than the path takes, which
+    /// may have shrunk.
     pub(crate) fn send_datagram(&self, bytes: Bytes) -> bool {
-        if bytes.len() > self.session.max_datagram_size() || self.session.send_datagram(bytes).is_err() {
+        let room = quinn::Connection::datagram_send_buffer_space(&self.session);
+        let fits = bytes.len() <= self.session.max_datagram_size().min(room);
+        if !fits || self.session.send_datagram(bytes).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
         true

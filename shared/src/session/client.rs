@@ -123,8 +123,8 @@ pub struct Client {
 #[derive(Clone, Copy, Debug)]
 struct Behind {
     ask_at: Duration,
-    /// Whether it has asked to be told again.
-    has_asked: bool,
+    /// How often it has asked.
+    times: u32,
 }
 
 /// How the replica came to its snapshots.
@@ -144,7 +144,9 @@ impl Client {
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
     /// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
-    const AGAIN_AFTER: Duration = Duration::from_millis(60);
+    const AGAIN_AFTER: Duration = Duration::from_millis(40);
+    /// Times that it asks to be told again before it asks for a keyframe.
+    const AGAIN_MAX: u32 = 3;
     /// Time beside the round trip after which a keyframe is asked for, since saying it again did not help.
     const RESYNC_AFTER: Duration = Duration::from_millis(200);
 
@@ -433,8 +435,11 @@ impl Client {
             return true;
         }
         let Keyframe { bytes, goes_on, .. } = &keyframe;
-        if self.replica.apply_keyframe(version, since, bytes, *goes_on, &mut self.news).is_err() {
-            return false;
+        match self.replica.apply_keyframe(version, since, bytes, *goes_on, &mut self.news) {
+            Ok(()) => {}
+            // what it starts from was lost as well, and is asked for
+            Err(SnapshotError::NotNext { .. }) => return true,
+            Err(_) => return false,
         }
         self.confirm(Tick(keyframe.tick), keyframe.acknowledged, now);
         self.assembly.forget(version);
@@ -475,21 +480,20 @@ impl Client {
 
     /// Asks for what stays missing, when it is time: to be told again, then for a keyframe.
     fn ask(&mut self, now: Duration) {
-        let Behind { ask_at, has_asked } =
-            *self.behind.get_or_insert(Behind { ask_at: now + Self::AGAIN_AFTER, has_asked: false });
+        let Behind { ask_at, times } = *self.behind.get_or_insert(Behind { ask_at: now + Self::AGAIN_AFTER, times: 0 });
         if now < ask_at {
             return;
         }
-        let patience = self.round_trip + Self::RESYNC_AFTER;
         let have = self.replica.version();
-        if has_asked {
-            self.behind = Some(Behind { ask_at: now + patience * 3, has_asked });
-            self.resync(have);
-        } else {
-            self.behind = Some(Behind { ask_at: now + patience, has_asked: true });
+        let patience = if times < Self::AGAIN_MAX {
             self.repeats += 1;
             self.request(&Request::Again { have: have.0 });
-        }
+            self.round_trip + Self::AGAIN_AFTER * 2
+        } else {
+            self.resync(have);
+            (self.round_trip + Self::RESYNC_AFTER) * 3
+        };
+        self.behind = Some(Behind { ask_at: now + patience, times: times + 1 });
     }
 
     fn traveller(&self) -> Traveller {

@@ -1,0 +1,240 @@
+//! How old the clay is that somebody holds, over lines that lose.
+//!
+//! The server is the real one with its transport, over a network in memory and virtual time; who listens takes deltas and
+//! presses nothing.
+//! Invariant under test: a lost packet makes clay late for as long as it takes to say it again, not for longer.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::Vec3;
+use pottery_client::client_config;
+use pottery_server::{Certificate, Server, ServerConfig, server_config};
+use pottery_shared::protocol::{self, FrameReader, KEYFRAME_MAX, Pulse};
+use pottery_shared::session::Client;
+use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
+use pottery_shared::units::Tick;
+use pottery_tests::line::Quality;
+use pottery_tests::network::Network;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep};
+
+const SERVER: &str = "10.0.0.1:4747";
+
+/// What a connection brought.
+enum Arrival {
+    Datagram(Vec<u8>),
+    Keyframe(Vec<u8>),
+    Frame(Vec<u8>),
+}
+
+/// A session on a connection of its own, without hand and worker.
+struct Raw {
+    endpoint: quinn::Endpoint,
+    connection: quinn::Connection,
+    send: quinn::SendStream,
+    arrivals: mpsc::Receiver<Arrival>,
+    session: Client,
+}
+
+impl Raw {
+    async fn join(
+        network: &Network,
+        server: &Server,
+        number: u8,
+        quality: Quality,
+        retells: bool,
+        opened: Instant,
+    ) -> Self {
+        let address = SocketAddr::from(([10, 0, 1, number], 40_000));
+        network.connect(address, quality, quality);
+        let endpoint = network.endpoint(address, None).unwrap();
+        let config = client_config(server.code()).unwrap();
+        let connecting = endpoint.connect_with(config, SERVER.parse().unwrap(), "pottery-studio").unwrap();
+        let connection = connecting.await.unwrap();
+        let (mut send, mut receive) = connection.open_bi().await.unwrap();
+        send.write_all(&Client::greeting(server.code().room(), 1, retells)).await.unwrap();
+        let mut frames = FrameReader::default();
+        let mut piece = [0; 4096];
+        let welcome = loop {
+            if let Some(frame) = frames.next_frame().unwrap() {
+                break frame;
+            }
+            let length = receive.read(&mut piece).await.unwrap().unwrap();
+            frames.push(&piece[..length]);
+        };
+        let session = Client::open(&welcome, opened.elapsed().as_millis() as u64, connection.rtt()).unwrap();
+        let (arrived, arrivals) = mpsc::channel(4096);
+        let (datagrams, of_datagrams) = (connection.clone(), arrived.clone());
+        tokio::spawn(async move {
+            while let Ok(bytes) = datagrams.read_datagram().await {
+                of_datagrams.send(Arrival::Datagram(bytes.to_vec())).await.unwrap_or_default();
+            }
+        });
+        let (streams, of_streams) = (connection.clone(), arrived.clone());
+        tokio::spawn(async move {
+            while let Ok(mut stream) = streams.accept_uni().await {
+                if let Ok(bytes) = stream.read_to_end(KEYFRAME_MAX).await {
+                    of_streams.send(Arrival::Keyframe(bytes)).await.unwrap_or_default();
+                }
+            }
+        });
+        tokio::spawn(async move {
+            while let Ok(Some(length)) = receive.read(&mut piece).await {
+                frames.push(&piece[..length]);
+                while let Ok(Some(frame)) = frames.next_frame() {
+                    arrived.send(Arrival::Frame(frame)).await.unwrap_or_default();
+                }
+            }
+        });
+        Self { endpoint, connection, send, arrivals, session }
+    }
+
+    /// Takes in what came and sends what is to be sent; tells `seen` of every pulse.
+    async fn step(&mut self, now: Duration, mut seen: impl FnMut(&Pulse)) {
+        while let Ok(arrival) = self.arrivals.try_recv() {
+            match arrival {
+                Arrival::Datagram(bytes) => {
+                    seen(&protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap());
+                    self.session.handle_datagram(&bytes, now);
+                }
+                Arrival::Keyframe(bytes) => assert!(self.session.handle_keyframe(&bytes, now)),
+                Arrival::Frame(frame) => self.session.handle_control(&frame).unwrap(),
+            }
+        }
+        self.session.rebase();
+        while let Some(frame) = self.session.poll_control() {
+            self.send.write_all(&frame).await.unwrap();
+        }
+        if now.as_millis().is_multiple_of(10) {
+            while let Some(bytes) = self.session.poll_datagram(now) {
+                self.connection.send_datagram(bytes.into()).unwrap();
+            }
+        }
+    }
+}
+
+fn hand(number: u8, now: Duration) -> Option<Position> {
+    let time = now.as_secs_f32();
+    let angle = f32::from(number) * 1.57;
+    let distance = 0.0695 - 0.0015 * (time * 2.0 + f32::from(number)).sin().abs();
+    let height = 0.04 + 0.03 * f32::from(number) + 0.01 * (time + f32::from(number)).sin();
+    Position::nearest(Vec3::new(distance * angle.cos(), distance * angle.sin(), height))
+}
+
+/// What came of a run.
+#[derive(Debug)]
+struct Ages {
+    /// Age of the clay that is held, at every millisecond, ascending, ms.
+    ms: Vec<u64>,
+    bytes_per_s: u64,
+    lost: u64,
+    overflowed: u64,
+    /// Datagrams that the server could not send at once.
+    dropped: u64,
+}
+
+impl Ages {
+    fn at(&self, share: f64) -> u64 {
+        self.ms[((self.ms.len() - 1) as f64 * share) as usize]
+    }
+}
+
+/// Four hands press without a pause on good lines for five seconds; one over a line of that quality takes the deltas.
+fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) -> Ages {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
+    runtime.block_on(async {
+        let network = Network::new(seed);
+        let certificate = Certificate::fresh().unwrap();
+        let fingerprint = certificate.sha256();
+        let mut config = server_config(certificate).unwrap();
+        if let Some(transport) = transport {
+            config.transport_config(Arc::new(transport));
+        }
+        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
+        let server = Server::start_on(endpoint, &fingerprint, ServerConfig::default()).unwrap();
+        let opened = Instant::now();
+        let mut potters = Vec::new();
+        for number in 0..4 {
+            potters.push(Raw::join(&network, &server, number, Quality::LAN, true, opened).await);
+        }
+        let mut listener = Raw::join(&network, &server, 9, quality, false, opened).await;
+        let mut tick_of: BTreeMap<u32, u64> = BTreeMap::new();
+        let mut ms = Vec::new();
+        while opened.elapsed() < Duration::from_millis(6500) {
+            sleep(Duration::from_millis(1)).await;
+            let now = opened.elapsed();
+            for (number, potter) in (0..).zip(&mut potters) {
+                let tick = Tick(0).offset(now.as_millis() as i64 + potter.session.tick_offset());
+                let (tool, orientation) = (Tool::default(), Orientation::default());
+                let centre = hand(number, now).unwrap();
+                potter.session.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
+                potter
+                    .step(now, |pulse| {
+                        tick_of.entry(pulse.body.latest).or_insert(pulse.body.tick);
+                    })
+                    .await;
+            }
+            listener.step(now, |_| {}).await;
+            if now >= Duration::from_millis(1500) {
+                let held = listener.session.replica().version().0;
+                ms.push(now.as_millis() as u64 - tick_of.get(&held).copied().unwrap_or(0));
+            }
+        }
+        ms.sort_unstable();
+        let address = listener.endpoint.local_addr().unwrap();
+        let (_, down) = network.counts_of(address).unwrap();
+        assert_eq!(listener.session.mismatches(), 0);
+        let standing = server.standing().await.unwrap();
+        Ages {
+            ms,
+            bytes_per_s: down.bytes * 1000 / 6500,
+            lost: down.lost,
+            overflowed: down.overflowed,
+            dropped: standing.dropped_datagrams,
+        }
+    })
+}
+
+/// Three runs over lines of one quality.
+fn over_seeds(name: &str, transport: fn() -> Option<quinn::TransportConfig>, quality: Quality) -> Vec<Ages> {
+    let runs: Vec<_> = (1..4).map(|seed| ages(seed, transport(), quality)).collect();
+    for (seed, ages) in (1..).zip(&runs) {
+        let Ages { bytes_per_s, lost, overflowed, dropped, .. } = ages;
+        println!(
+            "{name}, seed {seed}: p50 {} ms, p99 {} ms, at most {} ms; {bytes_per_s} B/s, {lost} lost, {overflowed} found the \
+             queue full, {dropped} were not sent",
+            ages.at(0.5),
+            ages.at(0.99),
+            ages.at(1.0)
+        );
+    }
+    runs
+}
+
+#[test]
+fn clay_is_a_fifth_as_old_as_with_the_transport_s_own_settings_over_a_school_s_wireless_network() {
+    let defaults = over_seeds("defaults", || Some(quinn::TransportConfig::default()), Quality::SCHOOL_WIFI);
+    let ours = over_seeds("ours", || None, Quality::SCHOOL_WIFI);
+    for (default, ours) in defaults.iter().zip(&ours) {
+        assert!(default.at(0.99) >= 5 * ours.at(0.99), "p99 {} ms against {} ms", ours.at(0.99), default.at(0.99));
+    }
+}
+
+#[test]
+fn what_is_lost_makes_clay_late_for_as_long_as_it_takes_to_say_it_again() {
+    for (name, quality) in [("home", Quality::HOME), ("intercontinental", Quality::INTERCONTINENTAL)] {
+        let way = (quality.latency + quality.jitter).as_millis() as u64;
+        for ages in over_seeds(name, || None, quality) {
+            // a way, and two pulses: one since the last, one that a packet may be late for
+            assert!(ages.at(0.5) <= way + 34, "{name}: {} ms", ages.at(0.5));
+            // the next one tells of it, 40 ms later it is asked for, and it comes with a pulse; once more if that was lost
+            let once = 3 * way + 40 + 34;
+            assert!(ages.at(0.99) <= once + 2 * way + 80, "{name}: {} ms", ages.at(0.99));
+        }
+    }
+}
