@@ -1,10 +1,12 @@
-//! What a thread that must not be late asks of the system, and what it gets: priority, a core and sharp timers.
+//! What a thread that must not be late asks of the system, and what it gets: priority, a core and sharp timers; and how often it goes round.
 //!
 //! Knows no tick; asked once, before the first.
 //! Invariant: what the system refuses is a sentence and never the end of anything.
 
 use std::fmt;
 use std::str::FromStr;
+
+use crate::pacing::LoopRate;
 
 /// What a thread asks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,6 +15,8 @@ pub struct Claim {
     pub is_raised: bool,
     /// To stay on one core.
     pub core: Option<Core>,
+    /// How often it goes round.
+    pub rate: LoopRate,
 }
 
 /// A processor core that this program may use.
@@ -96,11 +100,14 @@ pub struct Granted {
     pub priority: Priority,
     /// The core on which it stays, if it was put on one.
     pub core: Option<Core>,
+    /// How often it goes round, which nobody can refuse.
+    pub rate: LoopRate,
 }
 
 impl fmt::Display for Granted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.priority.fmt(f)?;
+        write!(f, ", {}", self.rate)?;
         match self.core {
             Some(Core(number)) => write!(f, ", on core {number}"),
             None => f.write_str(", on any core"),
@@ -125,7 +132,7 @@ impl Claim {
             Some(Ok(())) => Priority::RealTime,
             Some(Err(reason)) => Priority::Refused { reason },
         };
-        Granted { priority, core }
+        Granted { priority, core, rate: self.rate }
     }
 }
 

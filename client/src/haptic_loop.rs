@@ -1,4 +1,4 @@
-//! One tick of the hand, and the real-time thread that makes 1000 of them a second.
+//! One tick of the hand, the turns between two of them, and the real-time thread that makes 1000 ticks a second.
 //!
 //! The tick takes no lock, allocates nothing and never panics; when it is due is `pacing`'s. Knows no network: clay comes
 //! and samples go over the boundary.
@@ -9,14 +9,14 @@ use std::time::Instant;
 use glam::Vec3;
 use hdrhistogram::Histogram;
 use pottery_shared::clay::{Contact, MethodKind};
-use pottery_shared::haptics::{Haptics, Touch, Wet};
+use pottery_shared::haptics::{Haptics, Setup, Touch, Wet};
 use pottery_shared::prediction::Hand;
 use pottery_shared::tool::{Position, Tool, ToolSample};
 use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::HandSide;
 use crate::device::Device;
-use crate::pacing::{Pacing, wait_until};
+use crate::pacing::{LoopRate, Pacing, wait_until};
 use crate::sound::Rub;
 
 /// Longest time that the histograms tell apart, ns: a second.
@@ -29,12 +29,14 @@ pub struct HapticLoop {
     device: Box<dyn Device>,
     hand: Hand,
     haptics: Haptics,
+    rate: LoopRate,
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
     /// Where the last sample was pressed, while a tool is in the hand.
     last_centre: Option<Position>,
-    last_local: u64,
+    /// The last turn, counted at the loop's rate.
+    last_turn: u64,
     felt: Felt,
     force_mn: Histogram<u64>,
 }
@@ -86,14 +88,26 @@ impl HapticLoop {
             device,
             hand,
             haptics,
+            rate: LoopRate::default(),
             side,
             catching_up: false,
             last_stamp: None,
             last_centre: None,
-            last_local: 0,
+            last_turn: 0,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
         }
+    }
+
+    /// The same at another rate: the ticks, the samples and the clay stay as they are, and between two ticks the force follows the
+    /// device as well.
+    #[must_use]
+    pub fn at(mut self, rate: LoopRate) -> Self {
+        let setup = self.device.setup(self.hand.method().felt_share());
+        let period = Seconds(rate.period().as_secs_f32());
+        self.haptics = Haptics::new(Setup { period, ..setup });
+        self.rate = rate;
+        self
     }
 
     /// The hand and its clay.
@@ -104,12 +118,7 @@ impl HapticLoop {
 
     /// Does the tick of local number `local`: sample, follow, press, force, send; then a few steps towards the newest patch.
     pub fn tick(&mut self, local: u64) {
-        let dt = Seconds(local.saturating_sub(self.last_local).max(1) as f32 * Tick::PERIOD.0);
-        self.last_local = local;
-        let reported = self.device.position(local as f64 * 1e-3).filter(|_| !self.side.status.is_lifted());
-        // a tool that is still on its way to this hand is not in it
-        let tool = self.device.tool();
-        let reported = reported.filter(|_| self.hand.holds(tool));
+        let (reported, tool, dt) = self.read(local * self.rate.turns_a_tick());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         match self.haptics.accept(reported, self.device.velocity(), dt) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
@@ -118,20 +127,10 @@ impl HapticLoop {
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}
-            None => {
-                self.hand.put_down();
-                self.felt = Felt::default();
-                self.last_centre = None;
-            }
+            None => self.let_go(),
         }
         self.side.status.note_rub(self.felt.rub);
-        if self.side.status.is_force_off() {
-            self.haptics.withhold();
-            self.felt.force_n = Vec3::ZERO;
-            self.felt.rub = Rub::default();
-        }
-        self.device.set_rub(self.felt.rub);
-        self.device.set_force(self.felt.force_n);
+        self.give();
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
         let newtons = self.felt.force_n.length();
         if self.felt.elements > 0 {
@@ -141,21 +140,87 @@ impl HapticLoop {
         self.catch_up();
     }
 
-    /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, tick: Tick, tool: Tool, centre: Position, dt: Seconds) -> Felt {
+    /// Does a turn of the loop, counted at its rate: a tick, or what lies between two.
+    pub fn turn(&mut self, turn: u64) {
+        let turns = self.rate.turns_a_tick();
+        if turn.is_multiple_of(turns) { self.tick(turn / turns) } else { self.between(turn) }
+    }
+
+    /// Reads the device between two ticks and gives the force of the clay as it is.
+    fn between(&mut self, turn: u64) {
+        let (reported, tool, dt) = self.read(turn);
+        match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
+            // nothing was pressed yet, and nothing is felt
+            (Some(_), None) => {}
+            (Some(centre), Some(last)) => self.felt.force_n = self.feel(last.offset(1), tool, centre),
+            (None, _) => self.let_go(),
+        }
+        self.give();
+    }
+
+    /// What the device reports, unless the tool is to be lifted; which tool, and the time since the last turn.
+    fn read(&mut self, turn: u64) -> (Option<Vec3>, Tool, Seconds) {
+        let period_s = self.rate.period().as_secs_f64();
+        let dt = Seconds((turn.saturating_sub(self.last_turn).max(1) as f64 * period_s) as f32);
+        self.last_turn = turn;
+        let turns = self.rate.turns_a_tick() as f64;
+        let reported = self.device.position(turn as f64 / turns * 1e-3).filter(|_| !self.side.status.is_lifted());
+        // a tool that is still on its way to this hand is not in it
+        let tool = self.device.tool();
+        (reported.filter(|_| self.hand.holds(tool)), tool, dt)
+    }
+
+    fn let_go(&mut self) {
+        self.hand.put_down();
+        self.felt = Felt::default();
+        self.last_centre = None;
+    }
+
+    /// Gives the force, unless the person wants none.
+    fn give(&mut self) {
+        if self.side.status.is_force_off() {
+            self.haptics.withhold();
+            self.felt.force_n = Vec3::ZERO;
+            self.felt.rub = Rub::default();
+        }
+        self.device.set_rub(self.felt.rub);
+        self.device.set_force(self.felt.force_n);
+    }
+
+    /// The sample that a place makes.
+    fn sample(&mut self, tick: Tick, tool: Tool, centre: Position) -> ToolSample {
         let side = self.hand.side(tick, tool, centre);
         let has_proxy = self.haptics.stages().proxy;
         let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
-        let sample = ToolSample { tick, tool, orientation: self.device.orientation(), centre, side };
+        ToolSample { tick, tool, orientation: self.device.orientation(), centre, side }
+    }
+
+    /// The force between two ticks.
+    fn feel(&mut self, tick: Tick, tool: Tool, centre: Position) -> Vec3 {
+        let sample = self.sample(tick, tool, centre);
+        let Contact { force_n, elements, penetration_m, .. } = self.hand.feel(&sample);
+        let (wet, _) = self.wet(&sample, elements);
+        self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, wet })
+    }
+
+    /// What goes by under the tool and wets it, where the method knows wetness; and how fast, m/s.
+    fn wet(&self, sample: &ToolSample, elements: u32) -> (Option<Wet>, Wet) {
+        let (clay_velocity_m_s, element_m2, material) = self.hand.ground(sample);
+        let wet = Wet { clay_velocity_m_s, area_m2: element_m2 * elements as f32, material };
+        (Some(wet).filter(|_| self.hand.method() == MethodKind::Plastic), wet)
+    }
+
+    /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
+    fn press(&mut self, tick: Tick, tool: Tool, centre: Position, dt: Seconds) -> Felt {
+        let sample = self.sample(tick, tool, centre);
+        let centre = sample.centre;
         if self.side.samples.push(sample).is_err() {
             self.side.status.note_lost_sample();
             self.haptics.rest();
             return Felt::default();
         }
         let Contact { force_n, elements, penetration_m, .. } = self.hand.press(&sample);
-        let (clay_velocity_m_s, element_m2, material) = self.hand.ground(&sample);
-        let wet = Wet { clay_velocity_m_s, area_m2: element_m2 * elements as f32, material };
-        let wet = Some(wet).filter(|_| self.hand.method() == MethodKind::Plastic);
+        let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
         let before = self.last_centre.replace(centre).unwrap_or(centre);
         let rub = if elements > 0 {
@@ -184,7 +249,7 @@ impl HapticLoop {
     #[must_use]
     pub fn run(mut self, epoch: Instant) -> HapticReport {
         let mut measured = Measured { period_ns: histogram(NS_MAX), step_ns: histogram(NS_MAX), previous: None };
-        let mut pacing = Pacing::after(epoch.elapsed());
+        let mut pacing = Pacing::after(epoch.elapsed(), self.rate);
         while !self.side.samples.is_abandoned() {
             self.keep(epoch, &mut pacing, &mut measured);
         }
@@ -204,14 +269,14 @@ impl HapticLoop {
     fn keep(&mut self, epoch: Instant, pacing: &mut Pacing, measured: &mut Measured) {
         wait_until(epoch + pacing.deadline());
         let begin = Instant::now();
-        if pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
+        if pacing.is_tick() && pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
             self.side.status.note_late();
         }
         if let Some(previous) = measured.previous.replace(begin) {
             let period = begin.saturating_duration_since(previous);
             measured.period_ns.saturating_record(period.as_nanos() as u64);
         }
-        self.tick(pacing.local());
+        self.turn(pacing.turn());
         measured.step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
         pacing.done(epoch.elapsed());
     }

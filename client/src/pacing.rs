@@ -3,29 +3,97 @@
 //! Owns the way from one deadline to the next; knows no tick's work and, but for [`wait_until`], no clock.
 //! Invariant: no tick begins before its deadline, and a deadline that went by is counted and never made up for.
 
+use std::fmt;
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 /// Part of the wait that is spun, since sleep wakes up late by about this much: by its timer slack of 50 µs and the
 /// scheduler's own time, or by the latter alone where the slack can be had away.
 const SPIN: Duration = Duration::from_micros(if cfg!(target_os = "linux") { 60 } else { 120 });
 
-/// Which tick is next, counted in periods since a beginning.
+/// How often a second a hand's loop goes round: so many times a tick. The clay and the network keep to ticks; between them the
+/// device is read, the clay felt and the force given anew.
+///
+/// ```
+/// use pottery_client::LoopRate;
+///
+/// assert_eq!("4000".parse::<LoopRate>().unwrap().turns_a_tick(), 4);
+/// assert!("1500".parse::<LoopRate>().unwrap_err().to_string().contains("1000 to 10000"));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopRate(u8);
+
+/// Why a loop cannot go at a rate.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a loop cannot go at {text:?} Hz: choose a thousand, or whole thousands more, from {min} to {max}", min = LoopRate::HZ.0, max = LoopRate::HZ.1)]
+pub struct LoopRateError {
+    /// What was asked for.
+    pub text: String,
+}
+
+impl LoopRate {
+    /// Slowest and fastest, Hz.
+    pub const HZ: (u32, u32) = (1_000, 10_000);
+
+    /// Turns of the loop in a tick.
+    #[must_use]
+    pub const fn turns_a_tick(self) -> u64 {
+        self.0 as u64
+    }
+
+    /// Length of a turn.
+    #[must_use]
+    pub fn period(self) -> Duration {
+        Pacing::PERIOD / u32::from(self.0)
+    }
+
+    /// Whole turns in a time.
+    const fn whole_turns(self, time: Duration) -> u64 {
+        (time.as_nanos() * self.0 as u128 / Pacing::PERIOD.as_nanos()) as u64
+    }
+}
+
+impl fmt::Display for LoopRate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} kHz", self.0)
+    }
+}
+
+impl Default for LoopRate {
+    /// A turn a tick: 1 kHz.
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+impl FromStr for LoopRate {
+    type Err = LoopRateError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let turns = text.trim().parse::<u32>().ok().filter(|hz| hz % Self::HZ.0 == 0).map(|hz| hz / Self::HZ.0);
+        let turns = turns.filter(|turns| (1..=Self::HZ.1 / Self::HZ.0).contains(turns));
+        turns.map(|turns| Self(turns as u8)).ok_or_else(|| LoopRateError { text: text.to_owned() })
+    }
+}
+
+/// Which turn of the loop is next, counted since a beginning.
 ///
 /// Time arrives as an argument, as what has passed since then.
 ///
 /// ```
 /// use std::time::Duration;
-/// use pottery_client::Pacing;
+/// use pottery_client::{LoopRate, Pacing};
 ///
-/// let mut pacing = Pacing::after(Duration::from_micros(300));
-/// assert_eq!((pacing.local(), pacing.deadline()), (1, Duration::from_millis(1)));
+/// let mut pacing = Pacing::after(Duration::from_micros(300), LoopRate::default());
+/// assert_eq!((pacing.turn(), pacing.deadline()), (1, Duration::from_millis(1)));
 /// // the tick took until shortly before the fourth deadline: two went by, and the fourth is kept
 /// pacing.done(Duration::from_micros(3900));
-/// assert_eq!((pacing.local(), pacing.missed()), (4, 2));
+/// assert_eq!((pacing.turn(), pacing.missed()), (4, 2));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pacing {
-    local: u64,
+    rate: LoopRate,
+    turn: u64,
     missed: u64,
 }
 
@@ -35,22 +103,29 @@ impl Pacing {
     /// A tick that begins later than this after its deadline is late.
     pub const LATE: Duration = Duration::from_micros(200);
 
-    /// Begins with the first deadline after now.
+    /// Begins with the first deadline after now, at a rate.
     #[must_use]
-    pub const fn after(now: Duration) -> Self {
-        Self { local: whole_ticks(now) + 1, missed: 0 }
+    pub const fn after(now: Duration, rate: LoopRate) -> Self {
+        Self { rate, turn: rate.whole_turns(now) + 1, missed: 0 }
     }
 
-    /// Number of the next tick.
+    /// Number of the next turn; every so many of them, from 0 on, are a tick.
     #[must_use]
-    pub const fn local(&self) -> u64 {
-        self.local
+    pub const fn turn(&self) -> u64 {
+        self.turn
     }
 
-    /// When it is due.
+    /// Whether the next turn is a tick.
+    #[must_use]
+    pub const fn is_tick(&self) -> bool {
+        self.turn.is_multiple_of(self.rate.turns_a_tick())
+    }
+
+    /// When it is due: no earlier than its share of the tick, to the nanosecond.
     #[must_use]
     pub const fn deadline(&self) -> Duration {
-        Duration::from_millis(self.local)
+        let turns = self.rate.turns_a_tick();
+        Duration::from_nanos((self.turn * Self::PERIOD.as_nanos() as u64).div_ceil(turns))
     }
 
     /// How long after its deadline it begins, when it begins now.
@@ -59,14 +134,14 @@ impl Pacing {
         now.saturating_sub(self.deadline())
     }
 
-    /// Its work is done: the next tick is that of the first deadline which has not gone by.
+    /// Its work is done: the next turn is that of the first deadline which has not gone by.
     pub fn done(&mut self, now: Duration) {
-        let due = whole_ticks(now);
-        self.missed += due.saturating_sub(self.local);
-        self.local = due.max(self.local) + 1;
+        let (due, turns) = (self.rate.whole_turns(now).max(self.turn), self.rate.turns_a_tick());
+        self.missed += due / turns - self.turn / turns;
+        self.turn = due + 1;
     }
 
-    /// Deadlines that went by while a tick was still at work.
+    /// Ticks whose deadline went by while the loop was still at work.
     #[must_use]
     pub const fn missed(&self) -> u64 {
         self.missed

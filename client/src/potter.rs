@@ -113,7 +113,7 @@ impl Potter {
             .spawn(move || {
                 // whoever does not wait for the answer any more has no potter either
                 drop(told.send(options.claim.stake()));
-                HapticLoop::new(device, hand).run(epoch)
+                HapticLoop::new(device, hand).at(options.claim.rate).run(epoch)
             })
             .map_err(|error| no_thread(&error))?;
         let granted = granted.await.map_err(|error| no_thread(&error))?;

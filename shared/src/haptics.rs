@@ -86,6 +86,8 @@ pub struct Setup {
     pub coupling: Option<Coupling>,
     /// Delay between a place and the force that answers it, beyond the loop's own period.
     pub delay: Seconds,
+    /// The loop's period, for which the coupling is tuned.
+    pub period: Seconds,
 }
 
 impl Setup {
@@ -96,7 +98,7 @@ impl Setup {
     #[must_use]
     pub fn for_device(specs: DeviceSpecs, share_of_small: f32) -> Self {
         let felt_share = (share_of_small * specs.peak_force_n / DeviceSpecs::OMNI.peak_force_n).min(1.0);
-        Self { specs, stages: Stages::WHOLE, felt_share, coupling: None, delay: Seconds(0.0) }
+        Self { specs, stages: Stages::WHOLE, felt_share, coupling: None, delay: Seconds(0.0), period: Tick::PERIOD }
     }
 }
 
@@ -140,12 +142,12 @@ impl Haptics {
     /// The chain for a device; the force stays off when its specs make no sense.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        let Setup { specs, stages, felt_share, coupling, delay } = setup;
+        let Setup { specs, stages, felt_share, coupling, delay, period } = setup;
         Self {
             specs: specs.checked(),
             stages,
             felt_share,
-            coupling: coupling.unwrap_or_else(|| Coupling::tuned(&specs, Tick::PERIOD, delay)),
+            coupling: coupling.unwrap_or_else(|| Coupling::tuned(&specs, period, delay)),
             delay,
             gate: Gate::default(),
             proxy: Proxy::default(),

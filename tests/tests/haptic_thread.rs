@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use pottery_client::boundary::boundary;
 use pottery_client::device::Device;
-use pottery_client::{Claim, Core, Granted, HapticLoop, Pacing, Priority};
+use pottery_client::{Claim, Core, Granted, HapticLoop, LoopRate, Pacing, Priority};
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::prediction::{Field, Patch};
@@ -27,26 +27,30 @@ proptest! {
         begin_us in 0_u64..10_000,
         // how much too late the thread wakes up, and how long its work takes; most of the time neither is much
         stalls_us in prop::collection::vec((prop_oneof![0_u64..900, 0_u64..40_000], prop_oneof![0_u64..90, 0_u64..40_000]), 1..300),
+        thousands in 1_u64..=10,
     ) {
+        let rate: LoopRate = (thousands * 1000).to_string().parse().unwrap();
         let mut now = Duration::from_micros(begin_us);
-        let mut pacing = Pacing::after(now);
-        let (first, mut done) = (pacing.local(), 0);
+        let mut pacing = Pacing::after(now, rate);
+        let (first, mut done) = (pacing.turn(), 0);
         for (late_us, work_us) in stalls_us {
             let (late, work) = (Duration::from_micros(late_us), Duration::from_micros(work_us));
-            let (local, missed) = (pacing.local(), pacing.missed());
-            // there is always a deadline ahead to wait for, the next one: two ticks never follow without a wait
-            prop_assert!(pacing.deadline() > now && pacing.deadline() <= now + Pacing::PERIOD);
+            let (turn, missed) = (pacing.turn(), pacing.missed());
+            // there is always a deadline ahead to wait for, the next one: two turns never follow without a wait
+            prop_assert!(pacing.deadline() > now && pacing.deadline() <= now + rate.period() + Duration::from_nanos(1));
+            prop_assert_eq!(pacing.is_tick(), turn % thousands == 0);
+            done += u64::from(pacing.is_tick());
             now = pacing.deadline() + late;
             prop_assert_eq!(pacing.lateness(now), late);
             now += work;
             pacing.done(now);
-            done += 1;
-            prop_assert!(pacing.local() > local);
-            if late + work < Pacing::PERIOD {
-                prop_assert_eq!((pacing.local(), pacing.missed()), (local + 1, missed));
+            prop_assert!(pacing.turn() > turn);
+            if late + work + Duration::from_nanos(1) < rate.period() {
+                prop_assert_eq!((pacing.turn(), pacing.missed()), (turn + 1, missed));
             }
-            // every deadline was either kept or missed
-            prop_assert_eq!(first + done + pacing.missed(), pacing.local());
+            // the deadline of every tick was either kept or missed
+            let ticks = (pacing.turn() - 1) / thousands - (first - 1) / thousands;
+            prop_assert_eq!(done + pacing.missed(), ticks);
         }
     }
 }
@@ -149,13 +153,13 @@ fn stake(claim: Claim) -> (Granted, Option<u64>, Option<String>) {
 #[test]
 fn who_claims_nothing_stays_as_the_others() {
     let (granted, class, _) = stake(Claim::default());
-    assert_eq!(granted, Granted { priority: Priority::Ordinary, core: None });
+    assert_eq!(granted, Granted { priority: Priority::Ordinary, core: None, rate: LoopRate::default() });
     assert!(class.is_none_or(|class| class == 0), "{class:?}");
 }
 
 #[test]
 fn priority_is_granted_or_refused_in_a_sentence() {
-    let (granted, class, _) = stake(Claim { is_raised: true, core: None });
+    let (granted, class, _) = stake(Claim { is_raised: true, ..Claim::default() });
     match &granted.priority {
         // SCHED_FIFO is 1
         Priority::RealTime => assert!(class.is_none_or(|class| class == 1), "{class:?}"),
@@ -173,7 +177,7 @@ fn a_thread_stays_on_the_core_it_is_put_on() {
     let allowed = own_status("Cpus_allowed_list:").unwrap();
     let first = allowed.split(['-', ',']).next().unwrap();
     let core: Core = first.parse().unwrap();
-    let (granted, _, cores) = stake(Claim { is_raised: false, core: Some(core) });
+    let (granted, _, cores) = stake(Claim { core: Some(core), ..Claim::default() });
     assert_eq!((granted.core, cores.as_deref()), (Some(core), Some(first)));
     assert!(granted.to_string().ends_with(&format!("on core {first}")), "{granted}");
 }

@@ -22,8 +22,14 @@ fn body<'a>(source: &'a [String], path: &str, function: &str) -> &'a [String] {
 
 /// What a tick goes through, file by file.
 const TICK_PATH: [(&str, &[&str]); 15] = [
-    ("client/src/haptic_loop.rs", &["keep", "tick", "press", "catch_up"]),
-    ("client/src/pacing.rs", &["local", "deadline", "lateness", "done", "whole_ticks"]),
+    (
+        "client/src/haptic_loop.rs",
+        &["keep", "turn", "tick", "between", "read", "let_go", "give", "sample", "feel", "wet", "press", "catch_up"],
+    ),
+    (
+        "client/src/pacing.rs",
+        &["turn", "is_tick", "deadline", "lateness", "done", "turns_a_tick", "period", "whole_turns"],
+    ),
     (
         "client/src/boundary.rs",
         &[
@@ -41,14 +47,14 @@ const TICK_PATH: [(&str, &[&str]); 15] = [
         "client/src/device/driven.rs",
         &["position", "velocity", "buttons", "tool", "orientation", "set_rub", "set_force"],
     ),
-    ("client/src/device/pointer.rs", &["asked", "position", "tool", "orientation", "set_force"]),
+    ("client/src/device/pointer.rs", &["asked", "position", "glided", "tool", "orientation", "set_force"]),
     ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
     (
         "shared/src/prediction/hand.rs",
-        &["press", "catch_up", "side", "stopped_at_clay", "ground", "is_corrected_since"],
+        &["press", "feel", "catch_up", "side", "stopped_at_clay", "ground", "is_corrected_since"],
     ),
     ("shared/src/prediction/ground.rs", &["free_share", "touches", "element_m2", "differs", "rows_beside"]),
-    ("shared/src/prediction/field.rs", &["press", "advance", "round"]),
+    ("shared/src/prediction/field.rs", &["press", "feel", "advance", "round"]),
     ("shared/src/haptics.rs", &["accept", "render", "coupled", "filter", "withhold", "rest", "follow"]),
     ("shared/src/haptics/gate.rs", &["check", "fail", "recover"]),
     ("shared/src/haptics/proxy.rs", &["is_free", "follow", "meet", "forget"]),

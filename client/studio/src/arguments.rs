@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::device::DeviceChoice;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_client::{Claim, Core, Target};
+use pottery_client::{Claim, Core, LoopRate, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
@@ -109,6 +109,10 @@ struct HapticsFlags {
     /// Keep the thread on one core, counted from 0
     #[arg(long, value_name = "N")]
     pin_core: Option<Core>,
+    /// How often a second the hand's loop reads the device and gives force, Hz: 1000, or thousands more up to 10000; the clay keeps to a
+    /// thousand
+    #[arg(long, value_name = "HZ", default_value = "1000")]
+    rate: LoopRate,
 }
 
 const HAPTICS: &str = "Examples:
@@ -117,6 +121,7 @@ const HAPTICS: &str = "Examples:
   pottery-studio haptics --bench --server --renderer     with all that a session in a window has beside it
   pottery-studio haptics --bench --ordinary              the same without real-time priority
   pottery-studio haptics --bench --pin-core 1            on the second core
+  pottery-studio haptics --bench --rate 4000             the loop at 4 kHz
 
 Read the share of late ticks first: under 0.1 % is what a hand does not notice. If it is more, look at the work: ticks
 that take close to a millisecond mean a slow machine; short ones mean that other programs keep the core busy, and
@@ -131,6 +136,10 @@ struct HoldFlags {
     /// Keep the hand's 1 kHz thread on one core, counted from 0; best one that the system leaves alone (isolcpus on Linux)
     #[arg(long, value_name = "N")]
     pin_core: Option<Core>,
+    /// How often a second the hand's loop reads the device and gives force, Hz: 1000, or thousands more up to 10000; the clay keeps to a
+    /// thousand
+    #[arg(long, value_name = "HZ", default_value = "1000")]
+    rate: LoopRate,
     /// Begin without the sound of the clay; M in the window turns it on
     #[arg(long)]
     mute: bool,
@@ -374,6 +383,7 @@ pub(crate) struct HeadlessSession {
     pub(crate) device: Option<DeviceChoice>,
     /// Where the first potter's hand has its thread.
     pub(crate) core: Option<Core>,
+    pub(crate) rate: LoopRate,
     /// What lies between everybody and the studio.
     pub(crate) network: Option<Network>,
     pub(crate) record: Option<PathBuf>,
@@ -390,6 +400,7 @@ pub(crate) struct WindowSession {
     pub(crate) device: DeviceChoice,
     /// Where the hand has its thread.
     pub(crate) core: Option<Core>,
+    pub(crate) rate: LoopRate,
     pub(crate) is_muted: bool,
     /// What lies between the hand and the studio.
     pub(crate) network: Option<Network>,
@@ -476,7 +487,7 @@ impl Arguments {
 
 impl HapticsFlags {
     fn mode(&self) -> Mode {
-        let claim = Claim { is_raised: !self.ordinary, core: self.pin_core };
+        let claim = Claim { is_raised: !self.ordinary, core: self.pin_core, rate: self.rate };
         if !self.bench {
             return Mode::Haptics(claim);
         }
@@ -562,6 +573,7 @@ impl HostFlags {
             hand: self.hand,
             device: self.hold.device.clone(),
             core: self.hold.pin_core,
+            rate: self.hold.rate,
             network: self.hold.network,
             record: self.record.clone(),
             brought: choice.brought,
@@ -581,9 +593,10 @@ fn window(
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
     let tool = tool.choice()?;
-    let (core, network, record) = (hold.pin_core, hold.network, record.cloned());
+    let (core, rate) = (hold.pin_core, hold.rate);
+    let (network, record) = (hold.network, record.cloned());
     let is_muted = hold.mute;
-    Ok(Mode::Window(WindowSession { place, device, core, is_muted, network, stroke, opened, tool, record }))
+    Ok(Mode::Window(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record }))
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

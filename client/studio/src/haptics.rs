@@ -136,7 +136,7 @@ fn alone(bench: &Bench, device: Box<dyn Device>) -> anyhow::Result<Outcome> {
     let claim = bench.claim;
     let hand = std::thread::Builder::new().name("haptic".into()).spawn(move || {
         let granted = claim.stake();
-        (HapticLoop::new(device, side).run(Instant::now()), granted)
+        (HapticLoop::new(device, side).at(claim.rate).run(Instant::now()), granted)
     })?;
     let mut looks = Looks::default();
     while begin.elapsed().as_secs_f64() < bench.seconds {

@@ -92,7 +92,11 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
             (_, HandKind::Simulated) => Box::new(SimulatedDevice::new(stroke.clone(), HandModel::default())),
         };
         // hands that outnumber the cores would keep everything else from them
-        let claim = Claim { is_raised: session.strokes.len() < cores(), core: session.core.filter(|_| number == 0) };
+        let claim = Claim {
+            is_raised: session.strokes.len() < cores(),
+            core: session.core.filter(|_| number == 0),
+            rate: session.rate,
+        };
         let options = PotterOptions { record: number == 0 && session.record.is_some(), claim };
         let potter = Potter::join(&endpoint, &target, device, options).await?;
         if let Some(tool) = session.brought.as_ref().filter(|_| number == 0) {

@@ -85,7 +85,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     };
     let potter = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
-        let claim = Claim { is_raised: true, core: session.core };
+        let claim = Claim { is_raised: true, core: session.core, rate: session.rate };
         let options = PotterOptions { record: session.record.is_some(), claim };
         Potter::join(&endpoint, &target, device, options).await
     })?;

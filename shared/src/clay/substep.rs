@@ -206,6 +206,28 @@ impl SubStep {
         &self.contacts
     }
 
+    /// What `pot` opposes to a tool where a press ends, without being moved by it.
+    pub fn feel(&mut self, pot: &Pot, press: &Press, method: impl Method) -> Contact {
+        let mut total = Contact::default();
+        if !press.is_sound() {
+            return total;
+        }
+        for surface in pot.surfaces() {
+            if self.footprints.is_empty() {
+                self.footprints.push(Footprint::for_grid(surface.shape()));
+            }
+            let footprint = &mut self.footprints[0];
+            core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+            let contact = method.press(surface, press, footprint);
+            core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+            total.force_n += contact.force_n;
+            total.elements += contact.elements;
+            total.penetration_m = total.penetration_m.max(contact.penetration_m);
+            total.sink = contact.sink;
+        }
+        total
+    }
+
     fn advance_once(
         &mut self,
         pot: &mut Pot,

@@ -68,6 +68,11 @@ impl Field {
         contact
     }
 
+    /// What the clay opposes to a tool that would be at a sample, without being moved by it.
+    pub fn feel(&self, sample: &ToolSample, conditions: &Conditions, substep: &mut SubStep) -> Contact {
+        substep.feel(&self.pot, &conditions.press(sample, self.last.as_ref()), conditions.method)
+    }
+
     /// Lets time pass to `tick`, rounding the clay at the snapshot ticks on the way.
     pub fn advance(&mut self, tick: Tick) {
         if tick <= self.through {

@@ -144,6 +144,13 @@ impl Hand {
         contact
     }
 
+    /// What the clay opposes to a sample between two ticks, room's frame; it is moved by none of them.
+    pub fn feel(&mut self, sample: &ToolSample) -> Contact {
+        let mut contact = self.field.feel(sample, &self.conditions, &mut self.substep);
+        contact.force_n = self.conditions.phase(sample.tick).room_from_pot(contact.force_n);
+        contact
+    }
+
     /// Replays up to `budget` of the latest samples on `patch`; true once it has caught up and was taken over.
     ///
     /// The clay felt until then is left in `patch`.

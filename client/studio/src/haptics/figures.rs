@@ -4,6 +4,7 @@
 //! Invariant: words, table and picture are made from the same numbers.
 
 use std::fmt::{self, Write as _};
+use std::time::Duration;
 
 use pottery_client::Pacing;
 
@@ -14,7 +15,7 @@ type Histogram = hdrhistogram::Histogram<u64>;
 /// Width of a row of the table, µs, and where the last row begins, which has everything beyond.
 pub(super) const ROW_US: u64 = 10;
 pub(super) const LAST_US: u64 = 2_000;
-/// Borders of the classes that are shown to people, µs.
+/// Borders of the classes that are shown to people, µs where a turn takes a millisecond.
 const CLASSES_US: [u64; 12] = [0, 500, 800, 900, 950, 990, 1_010, 1_050, 1_100, 1_200, 2_000, 1_000_000];
 /// Longest bar, signs.
 const BAR: f64 = 40.0;
@@ -25,6 +26,8 @@ pub(super) struct Figures {
     pub(super) beside: &'static str,
     /// What its thread was granted.
     pub(super) granted: String,
+    /// Length of a turn of its loop.
+    pub(super) period: Duration,
     pub(super) ticks: u64,
     /// Ticks that began too late, and deadlines that went by.
     late: u64,
@@ -50,6 +53,7 @@ impl Figures {
         Self {
             beside,
             granted: outcome.granted.to_string(),
+            period: outcome.granted.rate.period(),
             ticks: report.ticks,
             late: report.late_ticks,
             missed: report.missed_ticks,
@@ -127,11 +131,14 @@ impl fmt::Display for Figures {
             self.force_max_n
         )?;
         let periods = self.period_ns.len().max(2) as f64;
+        let turns = (Pacing::PERIOD.as_nanos() / self.period.as_nanos().max(1)) as u64;
         for border in CLASSES_US.windows(2) {
+            let is_last = border[1] == 1_000_000;
+            let border = [border[0] / turns, if is_last { border[1] } else { border[1] / turns }];
             let count = between(&self.period_ns, border[0], border[1]);
             // by its logarithm, so that one in ten thousand is seen
             let signs = if count == 0 { 0.0 } else { 1.0 + (BAR - 1.0) * (count as f64).ln() / periods.ln() };
-            let name = if border[1] == 1_000_000 {
+            let name = if is_last {
                 format!("{:>5} µs and longer", border[0])
             } else {
                 format!("{:>5} to {:>4} µs   ", border[0], border[1])

@@ -73,7 +73,7 @@ pub(super) fn histogram(figures: &Figures) -> String {
             }
         }
     }
-    let late = x((Pacing::PERIOD + Pacing::LATE).as_micros() as u64);
+    let late = x((figures.period + Pacing::LATE).as_micros() as u64);
     draw(format!(r##"<path d="M{late:.1} {TOP}V{bottom}" stroke="#202020" stroke-dasharray="5 4"/>"##));
     draw(format!(r##"<path d="M{LEFT} {bottom}h{WIDTH}" stroke="#202020"/>"##));
     text.push_str("</svg>\n");

@@ -160,7 +160,7 @@ impl App {
             frames_per_s: 0.0,
             adapter: String::new(),
             device: held.name.to_owned(),
-            priority: potter.granted().priority.in_short(),
+            pace: format!("{}, {}", potter.granted().rate, potter.granted().priority.in_short()),
             notice: None,
             shows_help: false,
             is_open: None,

@@ -64,7 +64,7 @@ pub(super) struct PanelState {
     /// What is in the hand.
     pub(super) device: String,
     /// What its thread goes before.
-    pub(super) priority: &'static str,
+    pub(super) pace: String,
     /// A sentence that the person must see.
     pub(super) notice: Option<String>,
     pub(super) shows_help: bool,
@@ -189,11 +189,11 @@ pub(super) fn show(
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         ui.label(
             RichText::new(format!(
-                "round trip {:.1} ms · {} · {}, hand 1 kHz, {}, {:.1} % late · {:.0} pictures/s on {} · H: keys",
+                "round trip {:.1} ms · {} · {}, hand {}, {:.1} % late · {:.0} pictures/s on {} · H: keys",
                 state.round_trip_ms,
                 quality(state.round_trip_ms),
                 state.device,
-                state.priority,
+                state.pace,
                 state.late_percent,
                 state.frames_per_s,
                 state.adapter
