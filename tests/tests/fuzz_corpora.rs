@@ -1,11 +1,11 @@
 //! The corpora of the fuzz targets, replayed on any toolchain, each entry as it is and bent in many ways.
 //!
-//! Invariant under test: what strangers send is refused or taken, and nothing breaks; `fuzz/src/bodies.rs` has the laws.
+//! Invariant under test: what strangers send is refused or taken, and nothing breaks; `tests/fuzz/src/bodies.rs` has the laws.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 #[expect(unreachable_pub, reason = "public for the fuzz targets, which are a package of their own")]
-#[path = "../../fuzz/src/bodies.rs"]
+#[path = "../fuzz/src/bodies.rs"]
 mod bodies;
 
 use std::fs;
@@ -19,7 +19,7 @@ const BENT: u64 = 150;
 
 /// The entries of a target, by name, and the empty one.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(target);
+    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
     let mut entries: Vec<_> = fs::read_dir(&folder)
         .unwrap_or_else(|fault| panic!("{}: {fault}", folder.display()))
         .map(|entry| entry.unwrap().path())
