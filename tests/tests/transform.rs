@@ -60,3 +60,17 @@ fn every_way_is_measured_and_stands_in_every_file() {
     let picture = png::Decoder::new(std::io::Cursor::new(file("transform.png").as_slice())).read_info().unwrap();
     assert_eq!((picture.info().width, picture.info().height), (1400, 900));
 }
+
+#[test]
+fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
+    let out = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("transform");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_accuracy-chart"))
+        .args(["transform", "--adapter", "no such card", "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("no adapter has such a name; there are: ") && said.contains("vulkan"), "{said}");
+    assert!(!out.join("transform.csv").exists());
+}

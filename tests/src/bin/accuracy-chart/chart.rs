@@ -27,7 +27,7 @@ pub(crate) struct ChartFlags {
     date: Option<String>,
 }
 
-fn date(text: &str) -> Result<String, String> {
+pub(crate) fn date(text: &str) -> Result<String, String> {
     let parts: Vec<&str> = text.split('-').collect();
     let number = |part: &str, digits: usize| part.len() == digits && part.bytes().all(|sign| sign.is_ascii_digit());
     match parts[..] {
@@ -38,9 +38,7 @@ fn date(text: &str) -> Result<String, String> {
 
 /// Measures, draws and writes.
 pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> {
-    std::fs::create_dir_all(&flags.out).map_err(|error| {
-        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
-    })?;
+    crate::make_folder(&flags.out)?;
     let machine = Machine::this(flags.date.clone());
     if machine.profile == "debug" {
         eprintln!("accuracy-chart: this is a debug build, whose times say little; build it with --release");

@@ -24,9 +24,7 @@ pub(crate) fn run(flags: &FailuresFlags) -> Result<(), Box<dyn std::error::Error
         let names: Vec<_> = SCENARIOS.iter().map(|scenario| scenario.name).collect();
         return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
     }
-    std::fs::create_dir_all(&flags.out).map_err(|error| {
-        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
-    })?;
+    crate::make_folder(&flags.out)?;
     let outcomes = failures::run(chosen, |scenario| eprintln!("{}", scenario.name));
     failures::write(&outcomes, &flags.out)?;
     println!("{}", failures::table(&outcomes));

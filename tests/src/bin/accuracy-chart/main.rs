@@ -11,6 +11,7 @@ mod fit;
 mod stability;
 mod transform;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -83,6 +84,12 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => refused(&error),
     }
+}
+
+/// Makes the folder that files shall go to.
+fn make_folder(folder: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("the folder {} cannot be made: {error}; choose another with --out", folder.display()))
 }
 
 fn refused(why: &dyn std::fmt::Display) -> ExitCode {

@@ -25,9 +25,7 @@ pub(crate) fn run(flags: &StabilityFlags) -> Result<(), Box<dyn std::error::Erro
         let names: Vec<_> = SCENARIOS.iter().map(|scenario| scenario.name).collect();
         return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
     }
-    std::fs::create_dir_all(&flags.out).map_err(|error| {
-        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
-    })?;
+    crate::make_folder(&flags.out)?;
     let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| eprintln!("{}", scenario.name));
     let plane = if flags.only.is_none() { stability::measure_plane() } else { Vec::new() };
     stability::write(&outcomes, &plane, &flags.out)?;

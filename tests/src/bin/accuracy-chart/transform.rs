@@ -20,16 +20,14 @@ pub(crate) struct TransformFlags {
     /// Only adapters that have these words in their names
     #[arg(long, value_name = "WORDS")]
     adapter: Option<String>,
-    /// Date to write beside the figures
-    #[arg(long, value_name = "DATE")]
+    /// Written into the files as the day of the measurement
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = crate::chart::date)]
     date: Option<String>,
 }
 
 /// Measures on every adapter, writes the files and prints the table.
 pub(crate) fn run(flags: &TransformFlags) -> Result<(), Box<dyn std::error::Error>> {
-    std::fs::create_dir_all(&flags.out).map_err(|error| {
-        format!("the folder {} cannot be made: {error}; choose another with --out", flags.out.display())
-    })?;
+    crate::make_folder(&flags.out)?;
     let mut adapters = Gpu::every();
     let names: Vec<_> = adapters.iter().map(|gpu| gpu.name().to_owned()).collect();
     adapters.retain(|gpu| flags.adapter.as_ref().is_none_or(|words| gpu.name().contains(words.as_str())));
