@@ -107,11 +107,11 @@ pub struct Granted {
 impl fmt::Display for Granted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.priority.fmt(f)?;
-        write!(f, ", {}", self.rate)?;
         match self.core {
-            Some(Core(number)) => write!(f, ", on core {number}"),
-            None => f.write_str(", on any core"),
+            Some(Core(number)) => write!(f, ", on core {number}")?,
+            None => f.write_str(", on any core")?,
         }
+        write!(f, ", at {}", self.rate)
     }
 }
 
