@@ -108,10 +108,9 @@ impl fmt::Display for Granted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.priority.fmt(f)?;
         match self.core {
-            Some(Core(number)) => write!(f, ", on core {number}")?,
-            None => f.write_str(", on any core")?,
+            Some(Core(number)) => write!(f, ", on core {number}"),
+            None => f.write_str(", on any core"),
         }
-        write!(f, ", at {}", self.rate)
     }
 }
 

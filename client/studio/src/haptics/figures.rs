@@ -6,7 +6,7 @@
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
-use pottery_client::Pacing;
+use pottery_client::{LoopRate, Pacing};
 
 use super::Outcome;
 
@@ -26,7 +26,8 @@ pub(super) struct Figures {
     pub(super) beside: &'static str,
     /// What its thread was granted.
     pub(super) granted: String,
-    /// Length of a turn of its loop.
+    /// How often its loop goes round, and the length of a turn.
+    rate: LoopRate,
     pub(super) period: Duration,
     pub(super) ticks: u64,
     /// Ticks that began too late, and deadlines that went by.
@@ -53,6 +54,7 @@ impl Figures {
         Self {
             beside,
             granted: outcome.granted.to_string(),
+            rate: outcome.granted.rate,
             period: outcome.granted.rate.period(),
             ticks: report.ticks,
             late: report.late_ticks,
@@ -119,6 +121,7 @@ impl fmt::Display for Figures {
             writeln!(f, "pictures   {rate:.0} a second on {adapter}")?;
         }
         writeln!(f, "thread     {}", self.granted)?;
+        writeln!(f, "loop       {}", self.rate)?;
         writeln!(f, "ticks      {}, {} deadlines missed", self.ticks, self.missed)?;
         writeln!(f, "late       {} by more than 200 µs: {:.3} %", self.late, self.late_share() * 1e2)?;
         writeln!(f, "period     {}", spread(&self.period_ns))?;
