@@ -139,7 +139,8 @@ pub(super) fn show(
             state.is_open = Some(false);
         }
         // above the line of figures at the foot of the window
-        egui::ScrollArea::vertical().max_height(window.height() - 90.0).show(ui, |ui| {
+        let room = window.height() - 90.0;
+        egui::ScrollArea::vertical().max_height(room).min_scrolled_height(room).show(ui, |ui| {
             ui.set_width(WIDTH);
             if let Some(invitation) = invitation {
                 ui.label(RichText::new("Others join with").small());
