@@ -164,7 +164,7 @@ fn studio(gpu: &Gpu, pot: &Pot, vertex_px: Option<f32>) -> Draw {
         let timed = |renderer: &mut PotRenderer, target: &wgpu::TextureView, size, sends: bool| {
             let begin = Instant::now();
             if sends {
-                upload(renderer, pot, touched);
+                renderer.upload_changed(pot, touched);
             }
             let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             renderer.draw(&mut encoder, target, size, &Scene::default());
@@ -190,14 +190,6 @@ fn vertex_px_of_speck(gpu: &Gpu) -> f32 {
     let camera = Camera::default();
     let narrower = camera.half_height(SIZE.0 as f32 / SIZE.1 as f32) / camera.half_height(1.0);
     large_px * narrower * SPECK.1 as f32 / SIZE.1 as f32
-}
-
-fn upload(renderer: &mut PotRenderer, pot: &Pot, touched: &Touched) {
-    for surface in 0..pot.surfaces().len() {
-        for window in touched.rectangles(surface) {
-            renderer.upload(pot, surface, window);
-        }
-    }
 }
 
 fn target(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::TextureView {
