@@ -29,7 +29,7 @@ pub use claim::{Claim, Core, CoreError, Granted, Priority};
 pub use connection::{JoinError, Target};
 pub use haptic_loop::{HapticLoop, HapticReport};
 pub use onlooker::{Onlooker, WatchReport};
-pub use pacing::{LoopRate, LoopRateError, Pacing};
+pub use pacing::{IdleLoop, LoopRate, LoopRateError, Pacing};
 pub use potter::{Potter, PotterOptions, PotterReport, Seat};
 pub use transport::{client_config, endpoint};
 pub use worker::{Command, NetworkReport, Worker};

@@ -148,6 +148,49 @@ impl Pacing {
     }
 }
 
+/// What a loop with nothing to do kept of its deadlines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct IdleLoop {
+    /// Ticks that began.
+    pub ticks: u64,
+    /// Those that began later than [`Pacing::LATE`].
+    pub late: u64,
+    /// Ticks whose deadline went by.
+    pub missed: u64,
+}
+
+impl IdleLoop {
+    /// Keeps such a loop on this thread for a time: whatever it is late by, it is the machine's doing.
+    #[must_use]
+    pub fn keep(rate: LoopRate, time: Duration) -> Self {
+        let epoch = Instant::now();
+        let mut pacing = Pacing::after(Duration::ZERO, rate);
+        let mut kept = Self::default();
+        while pacing.deadline() < time {
+            wait_until(epoch + pacing.deadline());
+            let now = epoch.elapsed();
+            if pacing.is_tick() {
+                kept.ticks += 1;
+                kept.late += u64::from(pacing.lateness(now) > Pacing::LATE);
+            }
+            pacing.done(now);
+        }
+        Self { missed: pacing.missed(), ..kept }
+    }
+
+    /// Both together.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self { ticks: self.ticks + other.ticks, late: self.late + other.late, missed: self.missed + other.missed }
+    }
+
+    /// Share of the ticks that began too late.
+    #[must_use]
+    pub fn late_share(&self) -> f64 {
+        self.late as f64 / self.ticks.max(1) as f64
+    }
+}
+
 /// Whole ticks in a time.
 pub(crate) const fn whole_ticks(time: Duration) -> u64 {
     time.as_millis() as u64

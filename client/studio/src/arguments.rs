@@ -123,9 +123,10 @@ const HAPTICS: &str = "Examples:
   pottery-studio haptics --bench --pin-core 1            on the second core
   pottery-studio haptics --bench --rate 4000             the loop at 4 kHz
 
-Read the share of late ticks first: under 0.1 % is what a hand does not notice. If it is more, look at the work: ticks
-that take close to a millisecond mean a slow machine; short ones mean that other programs keep the core busy, and
-priority, a core of its own or fewer programs help.";
+Read the share of late ticks first: under 0.1 % is what a hand does not notice. If it is more, compare it with that of a
+loop which has nothing to do, kept before and after: what both have is the machine's, or its host's where it is a virtual
+one. Then look at the work: ticks that take close to a millisecond mean a slow machine; short ones mean that other
+programs keep the core busy, and priority, a core of its own or fewer programs help.";
 
 #[derive(Args, Clone, Debug)]
 struct HoldFlags {

@@ -18,7 +18,7 @@ use pottery_client::boundary::{Status, boundary};
 use pottery_client::device::{Device, HandModel, SimulatedDevice};
 use pottery_client::stroke::Stroke;
 use pottery_client::whole_file::write_whole;
-use pottery_client::{Claim, Granted, HapticLoop, HapticReport, Potter, PotterOptions};
+use pottery_client::{Claim, Granted, HapticLoop, HapticReport, IdleLoop, Potter, PotterOptions};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Conditions, Phase, Pot, PotSpec, Wheel};
 use pottery_shared::prediction::{Field, Patch};
@@ -85,15 +85,30 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         (false, true) => "a renderer",
         (true, true) => "a server and a renderer",
     };
-    eprintln!("measuring for {} s, with {beside} beside the hand", bench.seconds);
+    eprintln!(
+        "measuring for {} s, with {beside} beside the hand, and as long a loop with nothing to do",
+        bench.seconds
+    );
     let device = Box::new(SimulatedDevice::new(Arc::new(stroke(bench.seconds)?), HandModel::default()));
+    // half before and half after, so that what changes meanwhile is in both
+    let before = idle(bench)?;
     let outcome = if bench.has_server { at_a_server(bench, device)? } else { alone(bench, device)? };
-    let figures = Figures::new(&outcome, beside);
+    let figures = Figures::new(&outcome, beside, before.with(idle(bench)?));
     print!("{figures}");
     write_whole(&bench.out.join("haptics.csv"), |file| file.write_all(figures.csv().as_bytes()))?;
     write_whole(&bench.out.join("haptics.svg"), |file| file.write_all(picture::histogram(&figures).as_bytes()))?;
     println!("written    haptics.csv, haptics.svg in {}", bench.out.display());
     Ok(())
+}
+
+/// A loop with nothing to do and nothing beside it, for half of the time, on a thread set up as the hand's.
+fn idle(bench: &Bench) -> anyhow::Result<IdleLoop> {
+    let (claim, time) = (bench.claim, Duration::from_secs_f64(bench.seconds / 2.0));
+    let keeping = std::thread::spawn(move || {
+        claim.stake();
+        IdleLoop::keep(claim.rate, time)
+    });
+    keeping.join().ok().context("the thread did not end well")
 }
 
 /// What the hand means to do: up and down the wall, into the clay and out of it, a little deeper as the wall gives way.

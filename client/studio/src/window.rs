@@ -20,6 +20,7 @@ use pottery_client::device::{OpenedDevice, pointer};
 use pottery_client::render::Gpu;
 use pottery_client::sound::Sound;
 use pottery_client::{Claim, Potter, PotterOptions, Priority};
+use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WindowSession};
@@ -51,11 +52,23 @@ pub(crate) enum Ended {
     NoDisplay(String),
 }
 
+/// What the system said: an error of its own begins with the line of a library's source, which tells a person nothing.
+fn reason(error: &EventLoopError) -> String {
+    let text = error.to_string();
+    let said = match error {
+        EventLoopError::Os(_) => {
+            text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map(|(_, said)| said)
+        }
+        _ => None,
+    };
+    said.unwrap_or(&text).trim_end_matches('.').to_owned()
+}
+
 /// Opens the window and stays until it is closed.
 pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let event_loop = match EventLoop::new() {
         Ok(event_loop) => event_loop,
-        Err(error) => return Ok(Ended::NoDisplay(error.to_string())),
+        Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
     let studio = match &session.place {
         Place::Hosted(config) => Some(Studio::open((**config).clone())?),
@@ -121,7 +134,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
 pub(crate) fn replay(session: Session) -> anyhow::Result<Ended> {
     let event_loop = match EventLoop::new() {
         Ok(event_loop) => event_loop,
-        Err(error) => return Ok(Ended::NoDisplay(error.to_string())),
+        Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
     let mut player = Player::new(session);
     event_loop.run_app(&mut player).context("the window failed")?;

@@ -6,7 +6,7 @@
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
-use pottery_client::{LoopRate, Pacing};
+use pottery_client::{IdleLoop, LoopRate, Pacing};
 
 use super::Outcome;
 
@@ -33,6 +33,8 @@ pub(super) struct Figures {
     /// Ticks that began too late, and deadlines that went by.
     late: u64,
     missed: u64,
+    /// What a loop with nothing to do kept on the same machine.
+    idle: IdleLoop,
     /// Time from tick to tick and time of a tick's work, ns.
     period_ns: Histogram,
     work_ns: Histogram,
@@ -46,7 +48,7 @@ pub(super) struct Figures {
 }
 
 impl Figures {
-    pub(super) fn new(outcome: &Outcome, beside: &'static str) -> Self {
+    pub(super) fn new(outcome: &Outcome, beside: &'static str, idle: IdleLoop) -> Self {
         let report = &outcome.report;
         let mut elements: Vec<u32> = outcome.looks.elements.iter().copied().filter(|&count| count > 0).collect();
         elements.sort_unstable();
@@ -59,6 +61,7 @@ impl Figures {
             ticks: report.ticks,
             late: report.late_ticks,
             missed: report.missed_ticks,
+            idle,
             period_ns: report.period_ns.clone(),
             work_ns: report.step_ns.clone(),
             force_max_n: report.force_mn.max() as f64 * 1e-3,
@@ -124,6 +127,13 @@ impl fmt::Display for Figures {
         writeln!(f, "loop       {}", self.rate)?;
         writeln!(f, "ticks      {}, {} deadlines missed", self.ticks, self.missed)?;
         writeln!(f, "late       {} by more than 200 µs: {:.3} %", self.late, self.late_share() * 1e2)?;
+        writeln!(
+            f,
+            "machine    a loop with nothing to do is late in {:.3} %, {} deadlines missed of {}",
+            self.idle.late_share() * 1e2,
+            self.idle.missed,
+            self.idle.ticks + self.idle.missed
+        )?;
         writeln!(f, "period     {}", spread(&self.period_ns))?;
         writeln!(f, "work       {}", spread(&self.work_ns))?;
         writeln!(
