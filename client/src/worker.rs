@@ -9,7 +9,7 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 use pottery_shared::clay::Material;
 use pottery_shared::protocol::{DATAGRAM_MAX, Request};
-use pottery_shared::session::{Client, ClientEvent, StepCounts};
+use pottery_shared::session::{Client, ClientEvent, MendCounts, StepCounts};
 use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
@@ -61,6 +61,8 @@ pub struct NetworkReport {
     pub correction_nm: Histogram<u64>,
     /// Digests that did not match.
     pub mismatches: u64,
+    /// How clay that differed was mended.
+    pub mends: MendCounts,
     /// How often it asked to be told again what was lost.
     pub repeats: u64,
     /// How often it asked for a keyframe.
@@ -114,6 +116,7 @@ impl Worker {
             round_trip_us: histogram(60_000_000),
             correction_nm: histogram(1_000_000_000),
             mismatches: 0,
+            mends: MendCounts::default(),
             repeats: 0,
             resyncs: 0,
             steps: StepCounts::default(),
@@ -328,6 +331,7 @@ impl Worker {
         let stats = quinn::Connection::stats(&self.connection);
         self.report.duration = self.joined_at.elapsed();
         self.report.mismatches = self.session.mismatches();
+        self.report.mends = *self.session.mend_counts();
         self.report.repeats = self.session.repeats();
         self.report.resyncs = self.session.resyncs();
         self.report.steps = *self.session.step_counts();

@@ -89,6 +89,10 @@ pub struct RoomCounts {
     pub repeats: u64,
     /// Requests for keyframes.
     pub resyncs: u64,
+    /// Requests to find and mend what differs.
+    pub mends: u64,
+    /// Tiles that had differed and were sent for it.
+    pub mended_tiles: u64,
     /// Samples refused, of people who have left too.
     pub refusals: Refusals,
 }
@@ -261,7 +265,7 @@ impl Room {
         let cost = match request {
             Request::Leave => 0,
             Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } | Request::Again { .. } => 1,
-            Request::Resync { .. } => RESYNC_COST,
+            Request::Resync { .. } | Request::Mend { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
             // for those who only look on
             Request::Watch { .. } | Request::Unwatch { .. } => 1,
@@ -280,6 +284,10 @@ impl Room {
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
                 bench.resync(peer, have, &mut self.outbox);
+            }
+            Request::Mend { have, tiles } => {
+                self.counts.mends += 1;
+                self.counts.mended_tiles += bench.mend(peer, have, &tiles, &mut self.outbox);
             }
             Request::Tool { mesh } => bench.bring(peer, mesh, self.now, &mut self.outbox),
             Request::Watch { .. } | Request::Unwatch { .. } => {}

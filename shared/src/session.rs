@@ -11,6 +11,7 @@ mod client;
 mod effort;
 mod inputs;
 mod lead;
+mod mending;
 mod peer;
 mod runs;
 mod tools;
@@ -20,7 +21,11 @@ pub use allowance::Allowance;
 pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
+pub use mending::MendCounts;
 pub use peer::{Peer, PeerError};
 pub(crate) use tools::with_one_more;
 pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};
 pub use watcher::{Watched, Watcher};
+
+/// Longest list of tiles' digests that fits into a control frame; who has more tiles asks for the whole pot.
+const MEND_BYTES_MAX: usize = crate::protocol::CONTROL_MAX - 16;

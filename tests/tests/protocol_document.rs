@@ -96,6 +96,7 @@ fn requests() -> Vec<Value> {
         (Request::Unwatch { sight: SIGHT }, json!({ "unwatch": sight() })),
         (Request::Retell { retells: true }, json!({ "retell": true })),
         (Request::Leave, json!("leave")),
+        (Request::Mend { have: 250, tiles: vec![0, 171, 255] }, json!({ "mend": { "have": 250, "tiles": "00abff" } })),
     ];
     all.iter().map(|(request, value)| vector("request", &encode(request), value.clone())).collect()
 }
@@ -217,13 +218,14 @@ fn datagrams() -> Vec<Value> {
 }
 
 fn keyframes() -> Vec<Value> {
-    let keyframe = |sight_name, value: Value, goes_on| {
+    let keyframe = |sight_name, value: Value, mended, goes_on| {
         let keyframe = Keyframe {
             version: 900,
             since: 0,
             tick: 15_000,
             acknowledged: 77,
             sight: sight_name,
+            mended,
             goes_on,
             bytes: vec![0, 128, 255],
         };
@@ -232,11 +234,11 @@ fn keyframes() -> Vec<Value> {
             &encode(&keyframe),
             json!({
                 "version": 900, "since": 0, "tick": 15_000, "acknowledged": 77, "sight": value,
-                "goes_on": goes_on, "bytes": "0080ff",
+                "mended": mended, "goes_on": goes_on, "bytes": "0080ff",
             }),
         )
     };
-    vec![keyframe(None, Value::Null, true), keyframe(Some(SIGHT), sight(), false)]
+    vec![keyframe(None, Value::Null, 300, true), keyframe(Some(SIGHT), sight(), 0, false)]
 }
 
 /// A pot into which dice press, without any law of clay: what is told, and with which digests.

@@ -88,6 +88,7 @@ fn request() -> impl Strategy<Value = Request> {
         any::<bool>().prop_map(|retells| Request::Retell { retells }),
         mesh().prop_map(|mesh| Request::Tool { mesh }),
         Just(Request::Leave),
+        (any::<u32>(), bytes(1200)).prop_map(|(have, tiles)| Request::Mend { have, tiles }),
     ]
 }
 
@@ -209,13 +210,14 @@ fn body() -> impl Strategy<Value = Body> {
 }
 
 fn keyframe() -> impl Strategy<Value = Keyframe> {
-    (any::<(u32, u32, u64, u32, bool)>(), prop::option::of(sight_name()), bytes(3000)).prop_map(
-        |((version, since, tick, acknowledged, goes_on), sight, bytes)| Keyframe {
+    (any::<(u32, u32, u64, u32, u16, bool)>(), prop::option::of(sight_name()), bytes(3000)).prop_map(
+        |((version, since, tick, acknowledged, mended, goes_on), sight, bytes)| Keyframe {
             version,
             since,
             tick,
             acknowledged,
             sight,
+            mended,
             goes_on,
             bytes,
         },

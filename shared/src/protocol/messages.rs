@@ -107,6 +107,13 @@ pub enum Request {
     },
     /// Goodbye.
     Leave,
+    /// Send a keyframe of everything newer than `have`, and of what differs from what is held at it.
+    Mend {
+        /// Version held whole.
+        have: u32,
+        /// The lowest 16 bits of every tile's digest at it, low byte first.
+        tiles: Vec<u8>,
+    },
 }
 
 /// Why a client may not come in.
@@ -422,6 +429,8 @@ pub struct Keyframe {
     pub acknowledged: u32,
     /// Of what it is, for those who watch.
     pub sight: Option<SightName>,
+    /// Tiles in it that had not changed since then and yet differed from what the client had told of.
+    pub mended: u16,
     /// Whether what the next delta builds upon follows the tiles.
     pub goes_on: bool,
     /// The tiles.

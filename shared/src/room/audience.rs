@@ -225,6 +225,7 @@ fn show(
                 tick: view.tick().0,
                 acknowledged: 0,
                 sight: Some(name),
+                mended: 0,
                 goes_on: true,
                 bytes: view.keyframe(since),
             };

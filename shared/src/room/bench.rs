@@ -319,17 +319,37 @@ impl Bench {
 
     /// Sends one peer everything newer than `have`.
     pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut Outbox) {
-        let goes_on = self.seats.get(&peer).is_some_and(|seat| !seat.retells);
         // a version that never was cannot be built upon
         let since = if have > self.author.latest().0 { 0 } else { have };
+        self.send_keyframe(peer, since, 0, self.author.keyframe(Version(since), self.goes_on(peer)), outbox);
+    }
+
+    /// The same, with what differs from what the peer holds; says how many tiles do. What cannot be compared is sent whole.
+    pub(super) fn mend(&self, peer: PeerId, have: u32, tiles: &[u8], outbox: &mut Outbox) -> u64 {
+        let is_known = have > 0 && have <= self.author.latest().0;
+        let mend = if is_known { self.author.mend(Version(have), tiles, self.goes_on(peer)) } else { None };
+        let Some((bytes, mended)) = mend else {
+            self.resync(peer, 0, outbox);
+            return 0;
+        };
+        self.send_keyframe(peer, have, mended, bytes, outbox);
+        u64::from(mended)
+    }
+
+    fn goes_on(&self, peer: PeerId) -> bool {
+        self.seats.get(&peer).is_some_and(|seat| !seat.retells)
+    }
+
+    fn send_keyframe(&self, peer: PeerId, since: u32, mended: u16, bytes: Vec<u8>, outbox: &mut Outbox) {
         let keyframe = Keyframe {
             version: self.author.latest().0,
             since,
             tick: self.snapshot_tick.0,
             acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
             sight: None,
-            goes_on,
-            bytes: self.author.keyframe(Version(since), goes_on),
+            mended,
+            goes_on: self.goes_on(peer),
+            bytes,
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }

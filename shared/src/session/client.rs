@@ -12,6 +12,7 @@ use core::time::Duration;
 use super::assembly::{Assembly, Step, Traveller};
 use super::effort::Effort;
 use super::lead::Lead;
+use super::mending::{MendCounts, Mending};
 use super::{BringError, mesh_of, runs, tool_of, with_one_more};
 use crate::clay::{
     Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, SubStep, Support, Wheel,
@@ -106,6 +107,7 @@ pub struct Client {
     round_trip: Duration,
     behind: Option<Behind>,
     mismatches: u64,
+    mending: Mending,
     repeats: u64,
     resyncs: u64,
     /// The tool that was brought last.
@@ -134,7 +136,7 @@ pub struct StepCounts {
     pub retold: u64,
     /// By the tiles that changed.
     pub deltas: u64,
-    /// Retellings after which the clay was not the author's; each was mended by asking for the whole pot.
+    /// Retellings after which the clay was not the author's; each was mended.
     pub unlike: u64,
 }
 
@@ -206,6 +208,7 @@ impl Client {
             round_trip,
             behind: None,
             mismatches: 0,
+            mending: Mending::default(),
             repeats: 0,
             resyncs: 0,
             brought: None,
@@ -273,10 +276,16 @@ impl Client {
         &self.tools
     }
 
-    /// Digests that did not match; each was mended by asking for the whole pot.
+    /// Digests that did not match; each was mended.
     #[must_use]
     pub const fn mismatches(&self) -> u64 {
         self.mismatches
+    }
+
+    /// How clay that differed was mended.
+    #[must_use]
+    pub const fn mend_counts(&self) -> &MendCounts {
+        self.mending.counts()
     }
 
     /// How the replica came to its snapshots.
@@ -328,7 +337,8 @@ impl Client {
     /// Whether every own sample has been confirmed, the newest known snapshot is held and prediction stands on it.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        !self.needs_rebase() && self.predictor.pending().is_empty() && self.assembly.latest() <= self.replica.version()
+        let is_latest = !self.mending.is_waiting() && self.assembly.latest() <= self.replica.version();
+        !self.needs_rebase() && self.predictor.pending().is_empty() && is_latest
     }
 
     /// Moves the tiles in which the predicted clay changed since the last call into `changed`.
@@ -443,6 +453,7 @@ impl Client {
         }
         self.confirm(Tick(keyframe.tick), keyframe.acknowledged, now);
         self.assembly.forget(version);
+        self.mending.handle_keyframe(keyframe.mended);
         self.behind = None;
         self.catch_up(now);
         true
@@ -450,25 +461,36 @@ impl Client {
 
     /// Applies every delta that is whole, checks the digest and asks for what stays missing.
     fn catch_up(&mut self, now: Duration) {
+        if self.mending.is_waiting() {
+            if let Some(request) = self.mending.due(&self.replica, now, self.round_trip) {
+                self.request(&request);
+            }
+            return;
+        }
         let held = self.replica.version();
         if let Some((version, standing)) = self.assembly.reachable(held, self.traveller()) {
-            let mut applied = Ok(());
-            while applied.is_ok() && self.replica.version() < version {
-                applied = self.step();
+            let mut is_alike = Ok(true);
+            while is_alike == Ok(true) && self.replica.version() < version {
+                is_alike = self.step();
             }
-            if self.replica.version() > held || standing.acknowledged != self.acknowledged {
+            let is_there = is_alike == Ok(true);
+            if is_there && (version > held || standing.acknowledged != self.acknowledged) {
                 self.confirm(standing.tick, standing.acknowledged, now);
             }
             self.assembly.forget(self.replica.version());
-            if let Err(SnapshotError::Malformed { .. } | SnapshotError::NotNext { .. }) = applied {
-                self.resync(Version(0));
+            match is_alike {
+                Ok(true) | Err(SnapshotError::Unlearned { .. }) => {}
+                Ok(false) => return self.mend(now),
+                Err(SnapshotError::Malformed { .. } | SnapshotError::NotNext { .. }) => self.resync(Version(0)),
             }
         }
-        if let Some(digest) = self.assembly.take_digest(self.replica.version())
-            && digest != self.replica.digest()
-        {
-            self.mismatches += 1;
-            self.resync(Version(0));
+        match self.assembly.take_digest(self.replica.version()) {
+            Some(digest) if digest == self.replica.digest() => self.mending.handle_match(),
+            Some(_) => {
+                self.mismatches += 1;
+                return self.mend(now);
+            }
+            None => {}
         }
         if self.replica.version() > held || self.assembly.latest() <= self.replica.version() {
             self.behind = None;
@@ -500,14 +522,14 @@ impl Client {
         Traveller { told: self.told, takes_deltas: self.replica.takes_deltas() }
     }
 
-    /// Goes one snapshot on.
-    fn step(&mut self) -> Result<(), SnapshotError> {
+    /// Goes one snapshot on; says whether the clay is then the author's, as far as can be seen.
+    fn step(&mut self) -> Result<bool, SnapshotError> {
         let next = self.replica.version().next();
         match self.assembly.take(next, self.traveller()) {
             None => Err(SnapshotError::NotNext { delta: next, held: self.replica.version() }),
             Some(Step::Delta(bytes)) => {
                 self.counts.deltas += 1;
-                self.replica.apply_delta(next, &bytes, &mut self.news)
+                self.replica.apply_delta(next, &bytes, &mut self.news).map(|()| true)
             }
             Some(Step::Retelling(told, near)) => {
                 let bytes = told.transcript.len();
@@ -516,16 +538,22 @@ impl Client {
                     Transcript::decode(&told.transcript, since).ok_or(SnapshotError::Malformed { bytes })?;
                 self.counts.retold += 1;
                 self.replica.retell(next, &transcript, &self.conditions, &mut self.substep, &mut self.news)?;
-                if self.replica.digest() as u16 != u16::from_le_bytes(told.digest) {
+                let is_alike = self.replica.digest() as u16 == u16::from_le_bytes(told.digest);
+                if !is_alike {
                     self.counts.unlike += 1;
                     if self.counts.unlike == Self::UNLIKE_MAX {
                         self.retell(false);
                     }
-                    return Err(SnapshotError::Malformed { bytes });
                 }
-                Ok(())
+                Ok(is_alike)
             }
         }
+    }
+
+    /// Stands still until what differs has come.
+    fn mend(&mut self, now: Duration) {
+        let request = self.mending.begin(&self.replica, now, self.round_trip);
+        self.request(&request);
     }
 
     fn resync(&mut self, have: Version) {

@@ -92,6 +92,31 @@ impl Author {
     /// what the next one builds upon.
     #[must_use]
     pub fn keyframe(&self, have: Version, goes_on: bool) -> Vec<u8> {
-        self.publisher.keyframe(have, goes_on)
+        self.publisher.keyframe(goes_on, |surface, tile| self.publisher.version_of(surface, tile) > have)
+    }
+
+    /// The same with every tile that differs from a replica's at `have`, and how many those are.
+    ///
+    /// `tiles` is [`super::Replica::tile_digests`] at that version. A tile that has not changed since is the same today as it was
+    /// then, and all others are in the keyframe anyway: so there is no need to remember how it was. `None` when it is not a
+    /// list of this pot's tiles.
+    #[must_use]
+    pub fn mend(&self, have: Version, tiles: &[u8], goes_on: bool) -> Option<(Vec<u8>, u16)> {
+        let mut differing = Vec::new();
+        let mut held = tiles.chunks_exact(2).map(|two| u16::from_le_bytes([two[0], two[1]]));
+        for (surface, grid) in self.publisher.grids().iter().enumerate() {
+            for (tile, digest) in (0..).zip(grid.short_digests()) {
+                if held.next()? != digest && self.publisher.version_of(surface, tile) <= have {
+                    differing.push((surface, tile));
+                }
+            }
+        }
+        if tiles.len() % 2 == 1 || held.next().is_some() {
+            return None;
+        }
+        let bytes = self.publisher.keyframe(goes_on, |surface, tile| {
+            self.publisher.version_of(surface, tile) > have || differing.binary_search(&(surface, tile)).is_ok()
+        });
+        Some((bytes, differing.len().min(usize::from(u16::MAX)) as u16))
     }
 }

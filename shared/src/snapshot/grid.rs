@@ -110,6 +110,11 @@ impl QuantisedGrid {
         self.digest
     }
 
+    /// The lowest 16 bits of every tile's digest.
+    pub(super) fn short_digests(&self) -> impl Iterator<Item = u16> {
+        self.tile_digests.iter().map(|&digest| digest as u16)
+    }
+
     fn digest_of(&self, tile: u32) -> u64 {
         let mut digest = Digest::default();
         digest.add(tile);

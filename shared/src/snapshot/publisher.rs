@@ -82,16 +82,16 @@ impl Publisher {
         Some(motion)
     }
 
-    /// Every tile that changed since `have`, as differences to the untouched pot: leads from `have` to the newest. For who
-    /// `goes_on` with deltas, also what the chain remembers.
-    pub(super) fn keyframe(&self, have: Version, goes_on: bool) -> Vec<u8> {
+    /// Every tile of which `is_named` says so, by surface and number, as differences to the untouched pot. For who `goes_on` with
+    /// deltas, also what the chain remembers.
+    pub(super) fn keyframe(&self, goes_on: bool, is_named: impl Fn(usize, u32) -> bool) -> Vec<u8> {
         let mut encoder = Encoder::new();
         let mut models = Models::new();
         let mut planes = Vec::new();
         for (surface, grid) in self.grids.iter().enumerate() {
             let mut plane = Plane::unchanged(grid.layout());
             for tile in 0..grid.layout().tiles() {
-                if self.versions[surface][tile as usize] > have {
+                if is_named(surface, tile) {
                     grid.since_untouched(tile, &mut plane);
                 }
             }

@@ -88,6 +88,12 @@ impl Replica {
         grid::digest(&self.grids)
     }
 
+    /// The lowest 16 bits of every tile's digest, two bytes a tile with the low one first: what [`super::Author::mend`] compares.
+    #[must_use]
+    pub fn tile_digests(&self) -> Vec<u8> {
+        self.grids.iter().flat_map(QuantisedGrid::short_digests).flat_map(u16::to_le_bytes).collect()
+    }
+
     /// Moves on by one delta and adds the changed tiles to `touched`.
     ///
     /// # Errors

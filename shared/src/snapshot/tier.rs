@@ -147,7 +147,7 @@ impl Tier {
     /// As [`Author::keyframe`], of this chain, for who goes on with its deltas.
     #[must_use]
     pub fn keyframe(&self, have: Version) -> Vec<u8> {
-        self.publisher.keyframe(have, true)
+        self.publisher.keyframe(true, |surface, tile| self.publisher.version_of(surface, tile) > have)
     }
 }
 
