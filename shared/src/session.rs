@@ -13,6 +13,7 @@ mod inputs;
 mod lead;
 mod mending;
 mod peer;
+mod redundancy;
 mod runs;
 mod tools;
 mod watcher;

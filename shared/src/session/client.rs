@@ -13,6 +13,7 @@ use super::assembly::{Assembly, Step, Traveller};
 use super::effort::Effort;
 use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
+use super::redundancy::Redundancy;
 use super::{BringError, mesh_of, runs, tool_of, with_one_more};
 use crate::clay::{
     Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, SubStep, Support, Wheel,
@@ -88,6 +89,7 @@ pub struct Client {
     replica: Replica,
     predictor: Predictor,
     lead: Lead,
+    redundancy: Redundancy,
     assembly: Assembly,
     tools: Vec<RemoteTool>,
     tools_tick: Tick,
@@ -141,8 +143,6 @@ pub struct StepCounts {
 }
 
 impl Client {
-    /// Samples repeated in every datagram beside the new ones.
-    const REDUNDANT: u32 = 40;
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
     /// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
@@ -193,6 +193,7 @@ impl Client {
             predictor: Predictor::new(&replica, now),
             replica,
             lead: Lead::new(local, now, ahead),
+            redundancy: Redundancy::default(),
             assembly: Assembly::default(),
             tools: Vec::new(),
             tools_tick: Tick(0),
@@ -423,6 +424,7 @@ impl Client {
     pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
         let Ok(pulse) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(bytes) else { return false };
         if let Some(slack) = pulse.head.slack {
+            self.redundancy.handle_slack(slack, now);
             self.lead.handle_slack(slack, pulse.head.acknowledged, self.predictor.next_sequence(), now);
         }
         let mut body = pulse.body;
@@ -613,6 +615,7 @@ impl Client {
         let anything_unsent = (newest.wrapping_sub(self.unsent) as i32) >= 0;
         let start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
             self.repeated_at = now;
+            self.redundancy.handle_silence(now);
             // the server waits for what is missing, so all that follows was in vain too
             self.unsent = oldest;
             oldest
@@ -621,7 +624,7 @@ impl Client {
             if behind_oldest <= 0 {
                 oldest
             } else {
-                self.unsent.wrapping_sub(Self::REDUNDANT.min(behind_oldest as u32))
+                self.unsent.wrapping_sub(self.redundancy.samples(now).min(behind_oldest as u32))
             }
         } else {
             return None;
