@@ -10,6 +10,7 @@
 
 mod camera;
 mod enlarge;
+mod finish;
 mod frame;
 mod gpu;
 mod grid;
@@ -26,6 +27,7 @@ mod solid;
 mod turntable;
 
 pub use camera::Camera;
+pub use finish::Finish;
 pub use gpu::{Gpu, GpuError};
 pub use picture::{picture, picture_rgba};
 pub use probe::{ProbedVertex, probe_skin};

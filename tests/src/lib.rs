@@ -2,13 +2,14 @@
 //!
 //! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets and a
 //! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory; the [`reference`](mod@reference) dents, the [`failures`] that methods
-//! are tried for, how firmly a hand holds on in [`stability`], the [`yardstick`] methods of other authors, and a
+//! are tried for, a [`display`] with the studio on it, how firmly a hand holds on in [`stability`], the [`yardstick`] methods of other authors, and a
 //! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
 pub mod allocations;
 pub mod chart;
 pub mod dent;
+pub mod display;
 pub mod failures;
 pub mod fit;
 pub mod network;

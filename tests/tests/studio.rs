@@ -13,6 +13,7 @@ use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_shared::tool::{Shape, Sphere, Tool};
 use pottery_shared::units::Metres;
+use pottery_tests::display::Display;
 use pottery_tests::programs::{folder, program};
 
 fn headless(out: &Path, arguments: &[&str]) -> Output {
@@ -274,74 +275,6 @@ fn wait(child: &mut Child, patience: Duration) -> std::process::ExitStatus {
             panic!("the program did not end within {patience:?}");
         }
         std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-/// A virtual display with the programs that work on it; ends with the value.
-struct Display {
-    server: Child,
-    name: String,
-}
-
-impl Display {
-    fn new() -> Self {
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the window's test needs Xvfb (Debian: apt-get install xvfb xdotool imagemagick)");
-        let mut number = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
-        Self { server, name: format!(":{}", number.trim()) }
-    }
-
-    fn run(&self, program: &str, arguments: &[&str]) -> String {
-        let output = Command::new(program).args(arguments).env("DISPLAY", &self.name).output();
-        let output = output.unwrap_or_else(|error| panic!("{program}: {error} (Debian: apt-get install {program})"));
-        String::from_utf8_lossy(&output.stdout).into_owned()
-    }
-
-    fn studio(&self, arguments: &[&str]) -> Child {
-        Command::new(program("pottery-studio"))
-            .args(arguments)
-            .env("DISPLAY", &self.name)
-            .env_remove("WAYLAND_DISPLAY")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
-    }
-
-    /// Waits until a window besides `known` is there.
-    fn window(&self, known: &[String]) -> String {
-        let deadline = Instant::now() + Duration::from_secs(30);
-        while Instant::now() < deadline {
-            let found = self.run("xdotool", &["search", "--name", "Pottery studio"]);
-            if let Some(window) = found.lines().find(|window| !known.iter().any(|known| known == window)) {
-                return window.to_owned();
-            }
-            std::thread::sleep(Duration::from_millis(100));
-        }
-        panic!("no window appeared");
-    }
-
-    /// RGB pixels of the whole display, 1000 × 700.
-    fn pixels(&self) -> Vec<u8> {
-        let output = Command::new("import")
-            .args(["-window", "root", "-depth", "8", "rgb:-"])
-            .env("DISPLAY", &self.name)
-            .output()
-            .expect("the window's test needs imagemagick");
-        assert_eq!(output.stdout.len(), 1000 * 700 * 3, "{}", String::from_utf8_lossy(&output.stderr));
-        output.stdout
-    }
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        drop(self.server.kill());
-        drop(self.server.wait());
     }
 }
 

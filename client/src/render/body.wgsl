@@ -19,6 +19,29 @@ fn through_rim(position_m: vec3<f32>) -> f32 {
     return 1.0 - smoothstep(-blur, blur, aside);
 }
 
+// How thickly a glaze lies, 1 where nothing makes it run: it gathers in hollows, drains from ridges and from the rim,
+// and is wiped off the foot.
+fn glaze_thickness(position_m: vec3<f32>, groove: f32, streak: f32, inside: bool) -> f32 {
+    let below_rim = frame.pot_height_m - position_m.z;
+    let rim = 1.0 - 0.55 * exp(-below_rim / 0.004);
+    let line_m = 0.004 + 0.0012 * streak;
+    let foot = select(smoothstep(line_m, line_m + 0.0012, position_m.z), 1.0, inside);
+    return (1.0 + 0.9 * groove + 0.10 * streak) * rim * foot;
+}
+
+// Fired clay, bare or under a glaze: what is scattered in the glass, what the body throws back, both dimmed by the way
+// through it.
+fn fired(position_m: vec3<f32>, groove: f32, streak: f32, inside: bool, matter: ptr<function, Matter>, bend: f32) {
+    let finish = frame.finish;
+    let thickness = glaze_thickness(position_m, groove, streak, inside);
+    let body = finish.body * (1.0 + 0.05 * streak - 0.06 * groove);
+    let covered = 1.0 - exp(-finish.opacity * thickness);
+    (*matter).albedo = mix(body, finish.scattered, covered) * exp(-finish.absorbed * thickness);
+    let glass = finish.gloss * smoothstep(0.0, 0.25, thickness);
+    (*matter).film = (0.05 + glass) / (1.0 + 4.0 * bend * bend);
+    (*matter).blur = mix(0.60, 0.045, min(glass, 1.0)) + bend;
+}
+
 // `hollow_mm` is positive in a groove, `streak` runs from −1 to 1.
 //
 // Asks for the normals of neighbouring pixels: call it in uniform control flow.
@@ -41,6 +64,9 @@ fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, i
     matter.film = wet * clamp(0.80 + 0.45 * streak + 0.25 * groove, 0.25, 1.3) + 0.06;
     matter.film *= (1.0 - 0.6 * max(-normal.z, 0.0)) / (1.0 + 4.0 * bend * bend);
     matter.blur = mix(0.55, 0.09, wet) + 0.05 * streak + bend;
+    if frame.finish.is_fired > 0.5 {
+        fired(position_m, groove, streak, inside, &matter, bend);
+    }
     matter.openness = tools.x * (1.0 - 0.45 * max(groove, 0.0));
     matter.key = tools.y * (1.0 - 0.30 * max(groove, 0.0));
     if inside {

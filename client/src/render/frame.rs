@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use pottery_shared::clay::{GridShape, Pot, Skin, Surface};
 use pottery_shared::tool::Tool;
 
+use super::finish::FinishUniform;
 use super::mesh::Stride;
 use super::scene::{Scene, ToolView};
 
@@ -64,6 +65,7 @@ pub(super) struct FrameUniform {
     foot_m: f32,
     tools: u32,
     outline_m: [f32; OUTLINE],
+    finish: FinishUniform,
     tool: [ToolUniform; Scene::TOOLS_MAX],
 }
 
@@ -191,6 +193,7 @@ impl FrameUniform {
             foot_m: outline.foot_m,
             tools: tools.len().min(Scene::TOOLS_MAX) as u32,
             outline_m: outline.radii_m,
+            finish: scene.finish.uniform(),
             tool,
         }
     }

@@ -10,6 +10,16 @@ struct Tool {
     turn: vec4<f32>,
 }
 
+// A glaze is a layer of glass: `absorbed` and `opacity` are those of its usual thickness.
+struct Finish {
+    body: vec3<f32>,
+    is_fired: f32,
+    absorbed: vec3<f32>,
+    opacity: f32,
+    scattered: vec3<f32>,
+    gloss: f32,
+}
+
 struct Frame {
     clip_from_room: mat4x4<f32>,
     camera_m: vec3<f32>,
@@ -25,6 +35,7 @@ struct Frame {
     tools: u32,
     // mean outer radius at eight heights above the foot, the last at the rim
     outline: array<vec4<f32>, 2>,
+    finish: Finish,
     tool: array<Tool, 64>,
 }
 

@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use pottery_shared::clay::Phase;
 use pottery_shared::tool::{ConvexTool, Tool};
 
-use super::Camera;
+use super::{Camera, Finish};
 
 /// One picture's worth of the studio.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct Scene<'a> {
     pub rack: &'a [ConvexTool],
     /// From 0, leather-hard, to 1, under a film of water.
     pub wetness: f32,
+    /// What the pot is shown as.
+    pub finish: Finish,
     /// Whether the half of the pot that is nearer to the camera is cut away, to the column, so that its wall shows.
     pub is_cut: bool,
 }
@@ -33,7 +35,15 @@ impl Scene<'_> {
 impl Default for Scene<'_> {
     /// Wet clay at rest, nobody at the wheel.
     fn default() -> Self {
-        Self { camera: Camera::default(), phase: Phase::default(), tools: &[], rack: &[], wetness: 0.8, is_cut: false }
+        Self {
+            camera: Camera::default(),
+            phase: Phase::default(),
+            tools: &[],
+            rack: &[],
+            wetness: 0.8,
+            finish: Finish::default(),
+            is_cut: false,
+        }
     }
 }
 

@@ -105,7 +105,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
 fn idle(bench: &Bench) -> anyhow::Result<IdleLoop> {
     let (claim, time) = (bench.claim, Duration::from_secs_f64(bench.seconds / 2.0));
     let keeping = std::thread::spawn(move || {
-        claim.stake();
+        let _granted = claim.stake();
         IdleLoop::keep(claim.rate, time)
     });
     keeping.join().ok().context("the thread did not end well")

@@ -9,11 +9,13 @@ mod haptics;
 mod headless;
 mod hosting;
 mod network;
+mod preferences;
 mod record;
 mod replaying;
 mod report;
 mod tool_choice;
 mod window;
+mod words;
 
 use std::process::ExitCode;
 

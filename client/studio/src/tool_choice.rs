@@ -62,7 +62,9 @@ pub(crate) struct ToolChoice {
     pub(crate) brought: Option<Arc<ConvexTool>>,
     /// Whether it is to be taken in hand when it hangs there.
     pub(crate) takes_brought: bool,
-    /// Whether the command line says anything of tools.
+    /// Whether the command line says how large a sphere is.
+    pub(crate) is_sized: bool,
+    /// Whether it says anything of tools.
     is_said: bool,
 }
 
@@ -88,6 +90,7 @@ impl ToolFlags {
             holding,
             brought: self.tool_file.as_ref().map(read).transpose()?,
             takes_brought: self.tool_file.is_some() && self.tool.is_none(),
+            is_sized: self.tool_radius.is_some(),
             is_said: self.tool.is_some() || self.tool_radius.is_some() || self.tool_file.is_some(),
         })
     }

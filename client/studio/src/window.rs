@@ -7,6 +7,8 @@ mod app;
 mod files;
 mod hand;
 mod holding;
+mod lesson;
+mod overlay;
 mod panel;
 mod player;
 mod stage;
@@ -25,11 +27,13 @@ use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WindowSession};
 use crate::hosting::{self, Studio};
+use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
-use app::{App, Held};
+use app::{App, Begin, Held};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
+use overlay::Call;
 use panel::Invitation;
 use player::Player;
 
@@ -66,7 +70,7 @@ fn reason(error: &EventLoopError) -> String {
 
 /// Opens the window and stays until it is closed.
 pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
-    let event_loop = match EventLoop::new() {
+    let event_loop = match EventLoop::<Call>::with_user_event().build() {
         Ok(event_loop) => event_loop,
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
@@ -116,7 +120,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let sound = Sound::start(session.is_muted, move || status.rub());
     let held = Held { name: session.device.name(), monitor, sound, is_muted: session.is_muted };
     let files = Files::new(session.opened.as_deref());
-    let mut app = App::new(potter, asked, held, invitation, files, interrupted, &session.tool);
+    let keeper = Keeper::open(Preferences::file());
+    let begin = Begin { held, invitation, files, keeper, proxy: event_loop.create_proxy(), interrupted };
+    let mut app = App::new(potter, asked, begin, &session.tool);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
     let mut report = runtime.block_on(potter.leave())?;
@@ -132,11 +138,12 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
 
 /// Opens a window on a session that is replayed and stays until it is closed.
 pub(crate) fn replay(session: Session) -> anyhow::Result<Ended> {
-    let event_loop = match EventLoop::new() {
+    let event_loop = match EventLoop::<Call>::with_user_event().build() {
         Ok(event_loop) => event_loop,
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
-    let mut player = Player::new(session);
+    let keeper = Keeper::open(Preferences::file());
+    let mut player = Player::new(session, keeper.words(), event_loop.create_proxy());
     event_loop.run_app(&mut player).context("the window failed")?;
     player.finish().map_or(Ok(Ended::ByPerson), Err)
 }

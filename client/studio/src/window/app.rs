@@ -14,18 +14,22 @@ use pottery_client::render::{Camera, Scene, ToolView};
 use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
-use pottery_shared::clay::{Material, Phase, Wetness};
+use pottery_shared::clay::{Material, Phase, Preset, Wetness};
 use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, Touch, TouchPhase, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
-use winit::window::{Window, WindowId};
+use winit::window::WindowId;
 
 use super::files::Files;
 use super::hand::Hand;
+use super::holding::Holding;
+use super::lesson::{Lesson, Seen};
+use super::overlay::{self, Call, Overlay};
 use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, WETNESS};
-use super::stage::{PanelShapes, Stage};
+use super::stage::Stage;
+use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
 /// Time between pictures when nothing moves: the figures in the panel.
@@ -84,21 +88,35 @@ pub(super) struct Held {
     pub(super) is_muted: bool,
 }
 
+/// What a window begins with, besides the wheel.
+pub(super) struct Begin {
+    pub(super) held: Held,
+    pub(super) invitation: Option<Invitation>,
+    pub(super) files: Files,
+    pub(super) keeper: Keeper,
+    pub(super) proxy: EventLoopProxy<Call>,
+    /// Set when somebody wants the program to end from outside.
+    pub(super) interrupted: Arc<AtomicBool>,
+}
+
 /// The window's state.
 pub(super) struct App {
     potter: Potter,
     asked: triple_buffer::Input<Pointer>,
     held: Held,
     invitation: Option<Invitation>,
+    keeper: Keeper,
+    proxy: EventLoopProxy<Call>,
     stage: Option<Stage>,
-    egui: egui::Context,
-    egui_input: Option<egui_winit::State>,
+    overlay: Option<Overlay>,
     camera: Camera,
     hand: Hand,
     /// Why the tool that was brought does not hang in the rack.
     refusal: Option<String>,
     /// Whether it is to be taken in hand when it does.
     takes_brought: bool,
+    /// Whether the sphere's size is the command line's for this time.
+    is_sized: bool,
     panel: PanelState,
     files: Files,
     modifiers: ModifiersState,
@@ -122,37 +140,49 @@ pub(super) struct App {
     failure: Option<anyhow::Error>,
 }
 
+/// How wet clay of a liquidity index looks, 0 to 1: clay for throwing shines under its slip, stiff clay is dull.
+fn film(wetness: f32) -> f32 {
+    let (driest, wettest) = WETNESS;
+    let throwing = Preset::Throwing.wetness().liquidity_index();
+    if wetness < throwing {
+        0.8 * (wetness - driest) / (throwing - driest)
+    } else {
+        0.8 + 0.2 * (wetness - throwing) / (wettest - throwing)
+    }
+}
+
 /// Somebody's colour.
 pub(super) fn colour(client: u16) -> [f32; 3] {
     COLOURS[usize::from(client.wrapping_sub(1)) % COLOURS.len()]
 }
 
 impl App {
-    pub(super) fn new(
-        potter: Potter,
-        asked: triple_buffer::Input<Pointer>,
-        held: Held,
-        invitation: Option<Invitation>,
-        files: Files,
-        interrupted: Arc<AtomicBool>,
-        tool: &ToolChoice,
-    ) -> Self {
+    pub(super) fn new(potter: Potter, asked: triple_buffer::Input<Pointer>, begin: Begin, tool: &ToolChoice) -> Self {
+        let Begin { held, invitation, files, keeper, proxy, interrupted } = begin;
         if let Some(brought) = &tool.brought {
             // a worker that does not hear has ended, which the window will say
             potter.command(Command::Bring(Arc::clone(brought)));
         }
         let view = potter.view().lock();
         let (hand, camera) = (Hand::new(&view.pot), Camera::on(&view.pot));
+        let liking = keeper.liking().clone();
         let panel = PanelState {
+            words: keeper.words(),
+            lesson: (!liking.knows_lesson).then(Lesson::default),
             rpm: view.conditions.wheel.speed(potter.tick()).0,
-            holding: tool.holding.clone(),
+            holding: match tool.is_sized {
+                true => tool.holding.clone(),
+                false => Holding { sphere_mm: liking.sphere_mm, ..tool.holding.clone() },
+            },
+            side: hand.side(),
+            changes_side: false,
             rack: view.rack.len(),
             wetness: view.conditions.material.at(potter.tick()).wetness().liquidity_index(),
             pushed_mm: 0.0,
             force_n: 0.0,
             is_touching: false,
             is_force_off: false,
-            is_heard: !held.is_muted,
+            is_heard: liking.sound && !held.is_muted,
             no_sound: None,
             people: Vec::new(),
             round_trip_ms: 0.0,
@@ -165,6 +195,7 @@ impl App {
             shows_help: false,
             is_open: None,
             covers: 0.0,
+            liking,
         };
         drop(view);
         let settings = Settings::of(&panel);
@@ -174,13 +205,15 @@ impl App {
             asked,
             held,
             invitation,
+            keeper,
+            proxy,
             stage: None,
-            egui: egui::Context::default(),
-            egui_input: None,
+            overlay: None,
             camera,
             hand,
             refusal: None,
             takes_brought: tool.takes_brought,
+            is_sized: tool.is_sized,
             panel,
             files,
             modifiers: ModifiersState::empty(),
@@ -211,26 +244,12 @@ impl App {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        let attributes = Window::default_attributes()
-            .with_title("Pottery studio")
-            .with_inner_size(winit::dpi::LogicalSize::new(1280, 800))
-            .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
-        let window = Arc::new(event_loop.create_window(attributes)?);
-        let stage = {
+        let (stage, overlay) = overlay::open(event_loop, self.proxy.clone(), "Pottery studio", |window| {
             let view = self.potter.view().lock();
-            Stage::new(Arc::clone(&window), event_loop.owned_display_handle(), &view.pot)?
-        };
+            Stage::new(window, event_loop.owned_display_handle(), &view.pot)
+        })?;
         self.panel.adapter = stage.gpu().name().to_owned();
-        let limit = stage.gpu().device().limits().max_texture_dimension_2d as usize;
-        self.egui_input = Some(egui_winit::State::new(
-            self.egui.clone(),
-            egui::ViewportId::ROOT,
-            &window,
-            Some(window.scale_factor() as f32),
-            window.theme(),
-            Some(limit),
-        ));
-        self.egui.set_visuals(egui::Visuals::dark());
+        self.overlay = Some(overlay);
         self.stage = Some(stage);
         Ok(())
     }
@@ -279,6 +298,8 @@ impl App {
             Key::Character("2") => self.camera.elevation_rad = 0.0,
             Key::Character("3") => self.camera.elevation_rad = FROM_ABOVE_RAD,
             Key::Character("k" | "K") => self.is_cut = !self.is_cut,
+            Key::Character("l" | "L") => self.panel.liking.finish = self.panel.liking.finish.next(),
+            Key::Character("i" | "I") => self.hand.change_side(),
             Key::Character("c" | "C") => {
                 if let Some(monitor) = &self.held.monitor {
                     monitor.recentre();
@@ -358,7 +379,7 @@ impl App {
 
     fn command(&mut self, command: Command) {
         if !self.potter.command(command) {
-            self.panel.notice = Some("the studio does not hear this client any more".into());
+            self.panel.notice = Some(self.panel.words.say("not-heard"));
         }
     }
 
@@ -384,12 +405,11 @@ impl App {
         let own = view.number;
         let is_touching = status.elements() > 0;
         self.panel.people.clear();
-        self.panel.people.push(Person { name: "you".into(), colour: colour(own), touching: is_touching });
+        self.panel.people.push(Person { number: None, colour: colour(own), touching: is_touching });
         let mut tools = Vec::new();
         for tool in view.tools.iter().filter(|tool| tool.client != own) {
             let colour = colour(tool.client);
-            let name = format!("potter {}", tool.client);
-            self.panel.people.push(Person { name, colour, touching: tool.touching });
+            self.panel.people.push(Person { number: Some(tool.client), colour, touching: tool.touching });
             let centre_m = tool.centre.point_m();
             let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
             tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching });
@@ -409,6 +429,15 @@ impl App {
         self.panel.is_touching = status.elements() > 0;
         self.panel.no_sound = self.held.sound.trouble().map(ToString::to_string);
         self.panel.pushed_mm = self.hand.pushed_m() * 1e3;
+        if std::mem::take(&mut self.panel.changes_side) {
+            self.hand.change_side();
+        }
+        self.panel.side = self.hand.side();
+        if let Some(lesson) = &mut self.panel.lesson {
+            let height_m = self.drawn_tool_m.map_or(0.0, |tool_m| tool_m.z);
+            let (rpm, is_touching, side) = (self.panel.rpm, self.panel.is_touching, self.panel.side);
+            self.is_dirty |= lesson.pass(seconds, &Seen { rpm, is_touching, side, height_m });
+        }
         self.panel.late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
         let rate = 1.0 / seconds.max(1e-3);
         self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
@@ -424,13 +453,14 @@ impl App {
         let found = monitor.and_then(|monitor| monitor.about());
         self.panel.device = found.unwrap_or_else(|| self.held.name.to_owned());
         self.panel.notice = match (&view.link, status.fault()) {
-            (Link::Closed, _) => Some("the studio has closed; what you see is how the pot was left".into()),
+            (Link::Closed, _) => Some(self.panel.words.say("closed")),
             (Link::Lost(reason), _) => Some(reason.clone()),
-            (Link::Open, _) if self.panel.is_force_off => Some("the force is off: Enter gives it back".into()),
+            (Link::Open, _) if self.panel.is_force_off => Some(self.panel.words.say("force-is-off")),
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
-                .or_else(|| self.refusal.clone()),
+                .or_else(|| self.refusal.clone())
+                .or_else(|| self.keeper.trouble(&self.panel.words)),
         };
         // what somebody else set shows here, unless the own wish is still on its way
         let soon = self.potter.tick().offset(1000);
@@ -453,7 +483,7 @@ impl App {
         self.read_figures(seconds);
         let tools = self.tools();
         let rack = Arc::clone(&self.potter.view().lock().rack);
-        let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
+        let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
         {
             let mut view = self.potter.view().lock();
             let view = &mut *view;
@@ -463,19 +493,13 @@ impl App {
             }
             self.drawn_phase = view.conditions.phase(self.potter.tick());
         }
-        let output = self.egui.run_ui(input.take_egui_input(&stage.window), |ui| {
+        let shapes = overlay.lay_out(&stage.window, |ui| {
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
         self.files.pass(|| {
             let view = self.potter.view().lock();
             PotFile::of(&view.pot, &view.conditions, self.potter.tick())
         });
-        input.handle_platform_output(&stage.window, output.platform_output);
-        let shapes = PanelShapes {
-            primitives: self.egui.tessellate(output.shapes, output.pixels_per_point),
-            textures: output.textures_delta,
-            pixels_per_point: output.pixels_per_point,
-        };
         // in the middle of what the panel leaves free, unless that is too little for a pot
         self.camera.aside_ndc = if self.panel.covers < COVERS_MAX { self.panel.covers } else { 0.0 };
         let scene = Scene {
@@ -483,15 +507,30 @@ impl App {
             phase: self.drawn_phase,
             tools: &tools,
             rack: &rack,
+            wetness: film(self.panel.wetness),
+            finish: self.panel.liking.finish,
             is_cut: self.is_cut,
-            ..Scene::default()
         };
         stage.draw(&scene, shapes)?;
         self.is_dirty = false;
         self.potter.status().switch_force_off(self.panel.is_force_off);
         self.held.sound.mute(!self.panel.is_heard);
+        self.keep();
         self.ask();
         Ok(())
+    }
+
+    /// Keeps what the person likes, once nothing is held down any more.
+    fn keep(&mut self) {
+        if !self.held.is_muted {
+            self.panel.liking.sound = self.panel.is_heard;
+        }
+        if !self.is_sized {
+            self.panel.liking.sphere_mm = self.panel.holding.sphere_mm;
+        }
+        if self.overlay.as_ref().is_some_and(|overlay| !overlay.is_held()) {
+            self.keeper.keep(&self.panel.liking);
+        }
     }
 
     /// Whether a picture now would look different from the last one.
@@ -502,11 +541,18 @@ impl App {
             || view.conditions.phase(self.potter.tick()) != self.drawn_phase
             || view.tools.iter().any(|tool| tool.client != view.number)
             || self.potter.status().tool_m() != self.drawn_tool_m
-            || self.egui.has_requested_repaint()
+            || self.overlay.as_ref().is_some_and(Overlay::is_moving)
     }
 }
 
-impl ApplicationHandler for App {
+impl ApplicationHandler<Call> for App {
+    fn user_event(&mut self, _: &ActiveEventLoop, call: Call) {
+        if let Some(overlay) = &mut self.overlay {
+            overlay.take_call(call);
+            self.is_dirty = true;
+        }
+    }
+
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.stage.is_none()
             && let Err(error) = self.open(event_loop)
@@ -517,8 +563,8 @@ impl ApplicationHandler for App {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let mut is_panels = false;
-        if let (Some(stage), Some(input)) = (&self.stage, &mut self.egui_input) {
-            is_panels = input.on_window_event(&stage.window, &event).consumed;
+        if let (Some(stage), Some(overlay)) = (&self.stage, &mut self.overlay) {
+            is_panels = overlay.take(&stage.window, &event);
         }
         if !matches!(event, WindowEvent::RedrawRequested) {
             self.is_dirty = true;
@@ -551,7 +597,7 @@ impl ApplicationHandler for App {
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.moved(Vec2::new(position.x as f32, position.y as f32));
-                if self.egui.egui_wants_pointer_input() {
+                if self.overlay.as_ref().is_some_and(Overlay::has_pointer) {
                     self.hand.point_to(None);
                 }
             }

@@ -7,9 +7,11 @@
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
-use egui::{Color32, RichText};
+use egui::RichText;
 use pottery_client::export::{Format, export};
 use pottery_client::pot_file::PotFile;
+
+use crate::words::{Language, Words};
 
 /// What the person asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,8 +20,35 @@ enum Wish {
     Export,
 }
 
-/// What came of a wish, in a sentence.
-type Outcome = Result<String, String>;
+/// What came of a wish.
+#[derive(Clone, Debug)]
+enum Outcome {
+    Written(PathBuf),
+    /// There is a file of that name.
+    Taken(PathBuf),
+    /// What is in the way, in a sentence.
+    Refused(String),
+    /// The thread did not come to an end.
+    Lost,
+    NoThread(String),
+}
+
+impl Outcome {
+    const fn is_trouble(&self) -> bool {
+        !matches!(self, Self::Written(_))
+    }
+
+    fn said(&self, words: &Words) -> String {
+        let of = |path: &Path| path.display().to_string();
+        match self {
+            Self::Written(path) => words.say_with("written", &[("path", &of(path))]),
+            Self::Taken(path) => words.say_with("replace", &[("path", &of(path))]),
+            Self::Refused(sentence) => sentence.clone(),
+            Self::Lost => words.say("not-written"),
+            Self::NoThread(reason) => words.say_with("no-thread", &[("reason", reason)]),
+        }
+    }
+}
 
 /// The files of one window.
 pub(super) struct Files {
@@ -56,14 +85,14 @@ impl Files {
     }
 
     /// Lays out the controls.
-    pub(super) fn show(&mut self, ui: &mut egui::Ui) {
-        ui.label(RichText::new("pot file").small());
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
+        ui.label(RichText::new(words.say("pot-file")).small());
         ui.add(egui::TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY));
         ui.horizontal(|ui| {
-            if ui.button("Save").clicked() {
+            if ui.button(words.say("save")).clicked() {
                 self.save();
             }
-            if ui.button("Export as").clicked() {
+            if ui.button(words.say("export-as")).clicked() {
                 self.export();
             }
             egui::ComboBox::from_id_salt("format").width(60.0).selected_text(self.format.ending()).show_ui(ui, |ui| {
@@ -72,12 +101,15 @@ impl Files {
                 }
             });
         });
-        match (&self.writing, &self.outcome) {
-            (Some(_), _) => drop(ui.label(RichText::new("writing …").small())),
-            (None, Some(Ok(said))) => drop(ui.label(RichText::new(said).small())),
-            (None, Some(Err(said))) => drop(ui.label(RichText::new(said).small().color(Color32::LIGHT_RED))),
-            (None, None) => {}
-        }
+        let said = match (&self.writing, &self.outcome) {
+            (Some(_), _) => RichText::new(words.say("writing")),
+            (None, Some(outcome)) if outcome.is_trouble() => {
+                RichText::new(outcome.said(words)).color(ui.visuals().error_fg_color)
+            }
+            (None, Some(outcome)) => RichText::new(outcome.said(words)),
+            (None, None) => return,
+        };
+        ui.label(said.small());
     }
 
     /// Takes in what came of the last wish and begins with the next; `take` copies the pot.
@@ -91,7 +123,7 @@ impl Files {
         let Some(wish) = self.wish.take() else { return };
         let path = self.target(wish);
         if path.exists() && !self.replaceable.contains(&path) {
-            self.outcome = Some(Err(format!("{} is there already: ask once more to replace it", path.display())));
+            self.outcome = Some(Outcome::Taken(path.clone()));
             self.replaceable.push(path);
             return;
         }
@@ -100,7 +132,7 @@ impl Files {
         let written = std::thread::Builder::new().name("files".into()).spawn(move || write(wish, &pot, &path));
         match written {
             Ok(thread) => self.writing = Some(thread),
-            Err(error) => self.outcome = Some(Err(format!("no thread for the file: {error}"))),
+            Err(error) => self.outcome = Some(Outcome::NoThread(error.to_string())),
         }
     }
 
@@ -116,7 +148,7 @@ impl Files {
 
     fn wait(&mut self) {
         if let Some(thread) = self.writing.take() {
-            self.outcome = Some(thread.join().unwrap_or_else(|_| Err("the file was not written".into())));
+            self.outcome = Some(thread.join().unwrap_or(Outcome::Lost));
         }
     }
 }
@@ -124,8 +156,8 @@ impl Files {
 impl Drop for Files {
     fn drop(&mut self) {
         self.wait();
-        if let Some(Err(said)) = &self.outcome {
-            eprintln!("pottery-studio: {said}");
+        if let Some(outcome) = self.outcome.as_ref().filter(|outcome| outcome.is_trouble()) {
+            eprintln!("pottery-studio: {}", outcome.said(&Words::new(Language::English)));
         }
     }
 }
@@ -135,7 +167,7 @@ fn write(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
         Wish::Save => pot.write(path).map_err(|error| error.to_string()),
         Wish::Export => export(&pot.pot().pot(), path).map_err(|error| error.to_string()),
     };
-    written.map(|()| format!("written: {}", path.display()))
+    written.map_or_else(Outcome::Refused, |()| Outcome::Written(path.to_path_buf()))
 }
 
 /// A name in the person's folder for documents that nothing has yet.

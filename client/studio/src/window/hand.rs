@@ -1,12 +1,15 @@
 //! From pointer and buttons to where the tool should be.
 //!
-//! Pure: knows no window and no time but what it is told. The tool moves on the plane through the wheel's axis that faces
-//! the viewer, in front of the clay, and is pushed towards the plane.
-//! Invariant: a tool that is not pushed does not touch the clay that was there when it was last free.
+//! Pure: knows no window and no time but what it is told. Outside, the tool moves in front of the clay and is pushed towards
+//! the axis; inside, it moves before the far wall, which the viewer sees through the mouth, and is pushed away from the axis.
+//! Invariant: a tool that is not pushed does not touch the clay that was there when it was last free, and it changes sides
+//! over the rim.
 
 use glam::{Vec2, Vec3};
 use pottery_client::render::Camera;
 use pottery_shared::clay::Pot;
+
+use pottery_shared::tool::Side;
 
 use super::holding::Reach;
 
@@ -21,6 +24,12 @@ const BUTTON_DEPTH_M: f32 = 0.006;
 const SIDE_MAX_M: f32 = 0.3;
 /// Deepest push, m.
 const PUSHED_MAX_M: f32 = 0.04;
+/// How long a tool that changes sides is lifted over the rim, and how long it is held there on the other side, s: at the
+/// device's fastest glide it has then gone a quarter of a metre.
+const LIFT_S: f32 = 0.45;
+const CROSS_S: f32 = 0.35;
+/// Least room between an inner tool and the axis, m: it needs a direction to be pushed in.
+const AXIS_M: f32 = 1e-3;
 
 /// How the tool is held.
 #[derive(Debug)]
@@ -34,7 +43,13 @@ pub(super) struct Hand {
     by_wheel_m: f32,
     /// Widest radius of each row when the tool was last free, m.
     outline_m: Vec<f32>,
+    /// Narrowest radius of each row of the inner wall, m, and the height of its floor.
+    bore_m: Vec<f32>,
+    floor_m: f32,
     row_height_m: f32,
+    side: Side,
+    /// How long ago the person asked for the other side, s, until it is reached.
+    crossing_s: Option<f32>,
 }
 
 impl Hand {
@@ -45,7 +60,11 @@ impl Hand {
             by_button_m: 0.0,
             by_wheel_m: 0.0,
             outline_m: Vec::new(),
+            bore_m: Vec::new(),
+            floor_m: 0.0,
             row_height_m: 1.0,
+            side: Side::Outside,
+            crossing_s: None,
         };
         hand.look_at(pot);
         hand
@@ -57,6 +76,21 @@ impl Hand {
 
     pub(super) const fn press_button(&mut self, pressed: bool) {
         self.button = pressed;
+    }
+
+    /// The side of the wall on which the person works, or wants to.
+    pub(super) const fn side(&self) -> Side {
+        self.side
+    }
+
+    /// Goes over the rim to the other side, and lets out what was pushed.
+    pub(super) const fn change_side(&mut self) {
+        self.side = match self.side {
+            Side::Outside => Side::Inside,
+            Side::Inside => Side::Outside,
+        };
+        self.by_wheel_m = 0.0;
+        self.crossing_s = Some(0.0);
     }
 
     /// Pushes in by so much more, or less.
@@ -75,22 +109,33 @@ impl Hand {
         self.by_button_m <= 0.0 && self.by_wheel_m <= 0.0
     }
 
-    /// Takes the widest outline of the pot.
+    /// Takes the widest outline of the pot, and its narrowest bore.
     pub(super) fn look_at(&mut self, pot: &Pot) {
-        let surface = &pot.surfaces()[pot.skins()[0].surface];
+        let [outer, inner] = pot.skins();
+        let surface = &pot.surfaces()[outer.surface];
         self.row_height_m = surface.row_height_m();
+        self.floor_m = pot.spec().wall.0;
+        let rows = surface.shape().rows() as usize;
         self.outline_m.clear();
-        self.outline_m.resize(surface.shape().rows() as usize, 0.0);
-        for column in surface.radii_m().chunks_exact(surface.shape().rows() as usize) {
+        self.outline_m.resize(rows, 0.0);
+        self.bore_m.clear();
+        self.bore_m.resize(rows, f32::INFINITY);
+        for column in surface.radii_m().chunks_exact(rows) {
             for (widest, &radius) in self.outline_m.iter_mut().zip(column) {
                 *widest = widest.max(radius);
+            }
+        }
+        for column in pot.surfaces()[inner.surface].radii_m().chunks_exact(rows) {
+            for (narrowest, &radius) in self.bore_m.iter_mut().zip(column) {
+                *narrowest = narrowest.min(radius - inner.inset_m);
             }
         }
     }
 
     /// Lets `seconds` pass.
     pub(super) fn pass(&mut self, seconds: f32) {
-        if self.button {
+        self.crossing_s = self.crossing_s.map(|passed| passed + seconds).filter(|passed| *passed < LIFT_S + CROSS_S);
+        if self.button && self.crossing_s.is_none() {
             // the gap costs no time
             self.by_button_m = (self.by_button_m.max(GAP_M) + PUSH_M_S * seconds).min(GAP_M + BUTTON_DEPTH_M);
         } else {
@@ -107,6 +152,15 @@ impl Hand {
         if slope > -1e-3 {
             return None;
         }
+        let over_m = self.height_m() + reach.over_rim_m;
+        // the side it is still on, and how low it may be on the way to the other
+        let (side, lowest_m) = match (self.crossing_s, self.side) {
+            (Some(passed), Side::Inside) if passed < LIFT_S => (Side::Outside, over_m),
+            (Some(passed), Side::Outside) if passed < LIFT_S => (Side::Inside, over_m),
+            (Some(_), side) => (side, over_m),
+            (None, Side::Outside) => (Side::Outside, reach.lowest_m),
+            (None, Side::Inside) => (Side::Inside, self.floor_m + reach.under_m + GAP_M),
+        };
         // The free tool is drawn under the pointer: the plane on which the ray is met stands before the axis by as much
         // as the tool does, which depends on where the ray meets it; it settles in a few turns.
         let mut before_m = 0.0;
@@ -114,14 +168,27 @@ impl Hand {
         for _ in 0..4 {
             let at = eye + direction * ((before_m - eye.dot(towards)) / slope);
             along = at.dot(aside);
-            height = at.z.clamp(reach.lowest_m, self.height_m() + reach.over_rim_m);
-            free_m = self.widest_m(height - reach.below_m, height + reach.above_m) + reach.inwards_m + GAP_M;
-            before_m = in_front_m(free_m, along);
+            height = at.z.clamp(lowest_m.min(over_m), over_m);
+            let (from_m, to_m) = (height - reach.below_m, height + reach.above_m);
+            (free_m, before_m) = match side {
+                Side::Outside => {
+                    let free_m = self.widest_m(from_m, to_m) + reach.inwards_m + GAP_M;
+                    (free_m, in_front_m(free_m, along))
+                }
+                Side::Inside => {
+                    let free_m = (self.narrowest_m(from_m, to_m) - reach.outwards_m - GAP_M).max(AXIS_M);
+                    (free_m, -in_front_m(free_m, along))
+                }
+            };
         }
         if along.abs() > SIDE_MAX_M {
             return None;
         }
         let pushed_m = self.by_button_m.max(self.by_wheel_m);
+        if side == Side::Inside {
+            let along = along.clamp(-free_m, free_m);
+            return Some((aside * along + towards * before_m) * ((free_m + pushed_m) / free_m) + Vec3::Z * height);
+        }
         let distance_m = (free_m - pushed_m).max(0.0);
         if along.abs() < free_m {
             // pushed towards the axis
@@ -137,15 +204,87 @@ impl Hand {
         self.row_height_m * (self.outline_m.len() - 1) as f32
     }
 
+    /// The rows between two heights.
+    fn rows(&self, from_m: f32, to_m: f32) -> std::ops::RangeInclusive<usize> {
+        let row = |z_m: f32| (z_m / self.row_height_m).clamp(0.0, (self.outline_m.len() - 1) as f32) as usize;
+        row(from_m)..=row(to_m)
+    }
+
     /// Widest radius between two heights.
     fn widest_m(&self, from_m: f32, to_m: f32) -> f32 {
-        let row = |z_m: f32| (z_m / self.row_height_m).clamp(0.0, (self.outline_m.len() - 1) as f32) as usize;
-        let rows = row(from_m)..=row(to_m);
-        self.outline_m[rows].iter().copied().fold(0.0, f32::max)
+        self.outline_m[self.rows(from_m, to_m)].iter().copied().fold(0.0, f32::max)
+    }
+
+    /// Narrowest inner radius between two heights.
+    fn narrowest_m(&self, from_m: f32, to_m: f32) -> f32 {
+        self.bore_m[self.rows(from_m, to_m)].iter().copied().fold(f32::INFINITY, f32::min)
     }
 }
 
 /// How far in front of the plane through the axis a point of the circle of `radius_m` round the axis stands.
 fn in_front_m(radius_m: f32, along_m: f32) -> f32 {
     (radius_m * radius_m - along_m * along_m).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pottery_shared::clay::PotSpec;
+
+    /// A sphere of 12 mm.
+    const BALL: Reach = Reach {
+        inwards_m: 0.012,
+        outwards_m: 0.012,
+        below_m: 0.006,
+        above_m: 0.006,
+        under_m: 0.012,
+        lowest_m: -0.006,
+        over_rim_m: 0.024,
+    };
+
+    fn pot() -> Pot {
+        Pot::new(PotSpec::default()).expect("the usual pot can be made")
+    }
+
+    fn hand_at(pointer: Vec2) -> (Hand, Camera) {
+        let pot = pot();
+        let mut hand = Hand::new(&pot);
+        hand.point_to(Some(pointer));
+        (hand, Camera::on(&pot))
+    }
+
+    #[test]
+    fn a_tool_changes_sides_over_the_rim_alone() {
+        let (mut hand, camera) = hand_at(Vec2::new(0.0, -0.1));
+        let spec = PotSpec::default();
+        let (wall_m, bore_m) = (spec.radius.0, spec.radius.0 - spec.wall.0);
+        let mut sides = Vec::new();
+        hand.change_side();
+        for _ in 0..60 {
+            hand.pass(0.02);
+            let at_m = hand.target_m(&camera, 1.6, &BALL).expect("the pointer is over the wheel");
+            let away_m = at_m.truncate().length();
+            // past the wall on either side, or wholly over it
+            let is_over = at_m.z - 0.012 > spec.height.0;
+            assert!(is_over || away_m > wall_m + 0.012 || away_m < bore_m - 0.012, "{at_m} at {away_m}");
+            sides.push(away_m < bore_m);
+        }
+        assert_eq!((sides.first(), sides.last()), (Some(&false), Some(&true)));
+        assert_eq!(hand.side(), Side::Inside);
+    }
+
+    #[test]
+    fn inside_the_button_pushes_the_tool_away_from_the_axis() {
+        let (mut hand, camera) = hand_at(Vec2::new(0.05, 0.1));
+        hand.change_side();
+        hand.pass(1.0);
+        let at = |hand: &Hand| hand.target_m(&camera, 1.6, &BALL).expect("the pointer is over the wheel").truncate();
+        let free = at(&hand);
+        hand.press_button(true);
+        hand.pass(0.2);
+        let pushed = at(&hand);
+        let pushed_m = pushed.length() - free.length();
+        assert!((pushed_m - hand.pushed_m() - GAP_M).abs() < 1e-5 && pushed_m > 0.005, "{pushed_m}");
+        assert!(free.perp_dot(pushed).abs() < 1e-6, "it is pushed straight outwards");
+    }
 }

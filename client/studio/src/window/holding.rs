@@ -8,8 +8,8 @@ use pottery_shared::units::Metres;
 
 /// Smallest and largest sphere that is offered, mm.
 pub(crate) const TOOL_MM: (f32, f32) = (2.0, 35.0);
-/// Yaw, pitch and roll as people see them, and how far they go either way, degrees.
-pub(super) const ANGLES: [(&str, f32); 3] = [("turn ", 180.0), ("lean ", 90.0), ("roll ", 180.0)];
+/// Yaw, pitch and roll, by the messages of what people call them, and how far they go either way, degrees.
+pub(super) const ANGLES: [(&str, f32); 3] = [("angle-turn", 180.0), ("angle-lean", 90.0), ("angle-roll", 180.0)];
 /// How far the lower end of a tool of facets may go below the foot, m.
 const BELOW_FOOT_M: f32 = 0.005;
 /// How far its lower end may be lifted over the rim, m.
@@ -35,11 +35,14 @@ impl Default for Holding {
 /// How far a held tool reaches from its centre, m, and where its centre may be.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach {
-    /// Towards the axis.
+    /// Towards the axis, and away from it.
     pub(super) inwards_m: f32,
+    pub(super) outwards_m: f32,
     /// The stretch of clay beside it that it must pass, downwards and upwards.
     pub(super) below_m: f32,
     pub(super) above_m: f32,
+    /// Its lowest point below the centre.
+    pub(super) under_m: f32,
     /// Lowest height of the centre, and the highest above the rim.
     pub(super) lowest_m: f32,
     pub(super) over_rim_m: f32,
@@ -94,8 +97,10 @@ impl Holding {
                 let radius_m = sphere.radius().0;
                 Reach {
                     inwards_m: radius_m,
+                    outwards_m: radius_m,
                     below_m: 0.5 * radius_m,
                     above_m: 0.5 * radius_m,
+                    under_m: radius_m,
                     lowest_m: -0.5 * radius_m,
                     over_rim_m: 2.0 * radius_m,
                 }
@@ -108,19 +113,16 @@ impl Holding {
                 });
                 Reach {
                     inwards_m: -low.x,
+                    outwards_m: high.x,
                     below_m: -low.z,
                     above_m: high.z,
+                    under_m: -low.z,
                     lowest_m: -low.z - BELOW_FOOT_M,
                     over_rim_m: OVER_RIM_M - low.z,
                 }
             }
         }
     }
-}
-
-/// What a tool of the rack is called.
-pub(super) fn name(shape: Shape) -> String {
-    shape.name().map_or_else(|| format!("no. {}", shape.0), str::to_owned)
 }
 
 #[cfg(test)]
@@ -133,7 +135,7 @@ mod tests {
         let (mut holding, rack) = (Holding::default(), rack::standard());
         let mut names = Vec::new();
         for _ in 0..=rack.len() {
-            names.push(holding.shape.map_or_else(|| "sphere".into(), name));
+            names.push(holding.shape.map_or(Some("sphere"), Shape::name).unwrap_or("no. "));
             holding.take_next(&rack);
         }
         assert_eq!((names.join(" ").as_str(), holding.shape), ("sphere rib blade knuckle loop", None));

@@ -3,7 +3,6 @@
 //! Owns the place in time and the view; the clay is the session's.
 //! Invariant: nothing is drawn while nothing changes.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::{Align2, RichText};
@@ -14,14 +13,16 @@ use pottery_shared::snapshot::Touched;
 use pottery_shared::units::Tick;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, NamedKey};
-use winit::window::{Window, WindowId};
+use winit::window::WindowId;
 
 use super::app::colour;
 use super::frame;
-use super::stage::{PanelShapes, Stage};
+use super::overlay::{self, Call, Overlay};
+use super::stage::Stage;
 use crate::replaying::{Session, seconds};
+use crate::words::Words;
 
 /// Time between looks at whether there is something to draw.
 const FRAME_IDLE: Duration = Duration::from_millis(500);
@@ -33,9 +34,10 @@ const TOOL_SHOWN_TICKS: i64 = 500;
 /// The window's state.
 pub(super) struct Player {
     session: Session,
+    words: Words,
+    proxy: EventLoopProxy<Call>,
     stage: Option<Stage>,
-    egui: egui::Context,
-    egui_input: Option<egui_winit::State>,
+    overlay: Option<Overlay>,
     camera: Camera,
     is_playing: bool,
     /// When the tick was what it is, for the time since.
@@ -51,15 +53,16 @@ pub(super) struct Player {
 }
 
 impl Player {
-    pub(super) fn new(session: Session) -> Self {
+    pub(super) fn new(session: Session, words: Words, proxy: EventLoopProxy<Call>) -> Self {
         let camera = Camera::on(session.playback.replay().pot());
         let now = Instant::now();
         Self {
             stood: (now, session.playback.tick()),
             session,
+            words,
+            proxy,
             stage: None,
-            egui: egui::Context::default(),
-            egui_input: None,
+            overlay: None,
             camera,
             is_playing: true,
             wish_s: None,
@@ -78,19 +81,11 @@ impl Player {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        let attributes = Window::default_attributes()
-            .with_title("Pottery studio: replay")
-            .with_inner_size(winit::dpi::LogicalSize::new(1280, 800))
-            .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
-        let window = Arc::new(event_loop.create_window(attributes)?);
-        let pot = self.session.playback.replay().pot();
-        let stage = Stage::new(Arc::clone(&window), event_loop.owned_display_handle(), pot)?;
-        let limit = stage.gpu().device().limits().max_texture_dimension_2d as usize;
-        let scale = Some(window.scale_factor() as f32);
-        let root = egui::ViewportId::ROOT;
-        let input = egui_winit::State::new(self.egui.clone(), root, &window, scale, window.theme(), Some(limit));
-        self.egui_input = Some(input);
-        self.egui.set_visuals(egui::Visuals::dark());
+        let (stage, overlay) = overlay::open(event_loop, self.proxy.clone(), "Pottery studio: replay", |window| {
+            let pot = self.session.playback.replay().pot();
+            Stage::new(window, event_loop.owned_display_handle(), pot)
+        })?;
+        self.overlay = Some(overlay);
         self.stage = Some(stage);
         Ok(())
     }
@@ -139,7 +134,8 @@ impl Player {
         self.go()?;
         self.last_frame = Instant::now();
         let tools = self.tools();
-        let (Some(stage), Some(input)) = (&mut self.stage, &mut self.egui_input) else { return Ok(()) };
+        let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
+        let words = &self.words;
         let (playback, replay) = (&self.session.playback, self.session.playback.replay());
         if self.drawn.replace(playback.tick()) != Some(playback.tick()) {
             stage.upload(replay.pot(), &everything(replay.pot().surfaces()));
@@ -148,28 +144,26 @@ impl Player {
         let was_at_s = at_s;
         let mut is_playing = self.is_playing;
         let compared = match replay.comparison().first_unlike {
-            None => format!("{} snapshots came out as they were recorded", replay.comparison().snapshots),
+            None => words.say_with("replay-equal", &[("snapshots", &replay.comparison().snapshots.to_string())]),
             Some(tick) => {
-                format!("the clay of {:.3} s came out otherwise than it was recorded", seconds(tick, self.session.span))
+                let at = words.number(seconds(tick, self.session.span), 3);
+                words.say_with("replay-unlike", &[("seconds", &at)])
             }
         };
-        let output = self.egui.run_ui(input.take_egui_input(&stage.window), |ui| {
+        let shapes = overlay.lay_out(&stage.window, |ui| {
             let window = egui::Window::new("time").title_bar(false).resizable(false);
             window.anchor(Align2::CENTER_BOTTOM, [0.0, -12.0]).show(ui.ctx(), |ui| {
                 ui.horizontal(|ui| {
-                    is_playing ^= ui.button(if is_playing { "Pause" } else { "Play" }).clicked();
+                    let switch = words.say(if is_playing { "replay-pause" } else { "replay-play" });
+                    is_playing ^= ui.button(switch).clicked();
                     ui.spacing_mut().slider_width = 480.0;
-                    ui.add(egui::Slider::new(&mut at_s, 0.0..=length_s).suffix(" s").fixed_decimals(1));
+                    let slider = egui::Slider::new(&mut at_s, 0.0..=length_s).suffix(" s");
+                    let slider = slider.custom_formatter(|value, _| words.number(value, 1));
+                    ui.add(slider.custom_parser(Words::parse));
                 });
                 ui.label(RichText::new(&compared).small());
             });
         });
-        input.handle_platform_output(&stage.window, output.platform_output);
-        let shapes = PanelShapes {
-            primitives: self.egui.tessellate(output.shapes, output.pixels_per_point),
-            textures: output.textures_delta,
-            pixels_per_point: output.pixels_per_point,
-        };
         let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());
         let scene = Scene { camera: self.camera, phase, tools: &tools, rack, ..Scene::default() };
         stage.draw(&scene, shapes)?;
@@ -216,7 +210,14 @@ fn everything(surfaces: &[Surface]) -> Touched {
     touched
 }
 
-impl ApplicationHandler for Player {
+impl ApplicationHandler<Call> for Player {
+    fn user_event(&mut self, _: &ActiveEventLoop, call: Call) {
+        if let Some(overlay) = &mut self.overlay {
+            overlay.take_call(call);
+            self.is_dirty = true;
+        }
+    }
+
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.stage.is_none()
             && let Err(error) = self.open(event_loop)
@@ -228,8 +229,8 @@ impl ApplicationHandler for Player {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let mut is_panels = false;
-        if let (Some(stage), Some(input)) = (&self.stage, &mut self.egui_input) {
-            is_panels = input.on_window_event(&stage.window, &event).consumed;
+        if let (Some(stage), Some(overlay)) = (&self.stage, &mut self.overlay) {
+            is_panels = overlay.take(&stage.window, &event);
         }
         self.is_dirty |= !matches!(event, WindowEvent::RedrawRequested);
         match event {
@@ -266,7 +267,10 @@ impl ApplicationHandler for Player {
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let Some(stage) = &self.stage else { return };
         let frame = frame(stage.gpu());
-        let is_moving = self.is_dirty || self.is_playing || self.wish_s.is_some() || self.egui.has_requested_repaint();
+        let is_moving = self.is_dirty
+            || self.is_playing
+            || self.wish_s.is_some()
+            || self.overlay.as_ref().is_some_and(Overlay::is_moving);
         let due = if is_moving { frame } else { FRAME_IDLE };
         let since = self.last_frame.elapsed();
         if is_moving && since >= due {

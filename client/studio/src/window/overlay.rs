@@ -1,0 +1,89 @@
+//! What lies over the picture: the panel's state, what the window tells it, and who reads it aloud.
+//!
+//! Owns egui and its ties to the window and to AccessKit; knows no pot.
+//! Invariant: screen readers are told of every control that is drawn, and cost nothing where there is none.
+
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use egui_winit::accesskit_winit::{self, WindowEvent as AccessEvent};
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
+use winit::window::{Window, WindowAttributes};
+
+use super::stage::{PanelShapes, Stage};
+
+/// What comes to a window besides its own events: what a screen reader wants.
+pub(super) type Call = accesskit_winit::Event;
+
+/// The panel's side of a window.
+pub(super) struct Overlay {
+    context: egui::Context,
+    input: egui_winit::State,
+}
+
+/// Opens a window with what is drawn on it and what lies over it; `stage` makes the former.
+pub(super) fn open(
+    event_loop: &ActiveEventLoop,
+    proxy: EventLoopProxy<Call>,
+    title: &str,
+    stage: impl FnOnce(Arc<Window>) -> anyhow::Result<Stage>,
+) -> anyhow::Result<(Stage, Overlay)> {
+    // shown once a screen reader can ask what is in it
+    let attributes = WindowAttributes::default()
+        .with_title(title)
+        .with_visible(false)
+        .with_inner_size(winit::dpi::LogicalSize::new(1280, 800))
+        .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
+    let window = Arc::new(event_loop.create_window(attributes).context("the system opens no window")?);
+    let context = egui::Context::default();
+    let (root, scale) = (egui::ViewportId::ROOT, Some(window.scale_factor() as f32));
+    let mut input = egui_winit::State::new(context.clone(), root, &window, scale, window.theme(), None);
+    input.init_accesskit(event_loop, &window, proxy);
+    window.set_visible(true);
+    let stage = stage(window)?;
+    input.set_max_texture_side(stage.gpu().device().limits().max_texture_dimension_2d as usize);
+    Ok((stage, Overlay { context, input }))
+}
+
+impl Overlay {
+    /// Tells the panel of an event; true when it is the panel's alone.
+    pub(super) fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        self.input.on_window_event(window, event).consumed
+    }
+
+    /// Takes in what a screen reader wants.
+    pub(super) fn take_call(&mut self, call: Call) {
+        match call.window_event {
+            AccessEvent::InitialTreeRequested => self.context.enable_accesskit(),
+            AccessEvent::ActionRequested(request) => self.input.on_accesskit_action_request(request),
+            AccessEvent::AccessibilityDeactivated => self.context.disable_accesskit(),
+        }
+    }
+
+    /// Lays the panel out as it is to be drawn next.
+    pub(super) fn lay_out(&mut self, window: &Window, panel: impl FnMut(&mut egui::Ui)) -> PanelShapes {
+        let output = self.context.run_ui(self.input.take_egui_input(window), panel);
+        self.input.handle_platform_output(window, output.platform_output);
+        PanelShapes {
+            primitives: self.context.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        }
+    }
+
+    /// Whether the panel is not done with what it shows.
+    pub(super) fn is_moving(&self) -> bool {
+        self.context.has_requested_repaint()
+    }
+
+    /// Whether the pointer is the panel's.
+    pub(super) fn has_pointer(&self) -> bool {
+        self.context.egui_wants_pointer_input()
+    }
+
+    /// Whether a button or a finger is down.
+    pub(super) fn is_held(&self) -> bool {
+        self.context.input(|input| input.pointer.any_down())
+    }
+}

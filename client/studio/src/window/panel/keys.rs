@@ -1,0 +1,49 @@
+//! The table of keys.
+//!
+//! Owns what is said of them; what they do is the window's.
+//! Invariant: every key that the window takes stands here.
+
+use egui::{Align2, RichText};
+
+use crate::words::Words;
+
+/// How a key is written, as it is or by the message of that name, and the message of what it does.
+const KEYS: [(&str, &str); 22] = [
+    ("Enter", "key-force"),
+    ("press-left", "key-press"),
+    ("press-wheel", "key-push"),
+    ("I", "key-side"),
+    ("press-right", "key-view"),
+    ("press-zoom", "key-zoom"),
+    ("press-arrows", "key-wheel"),
+    ("T", "key-tool"),
+    ("+ -", "key-size"),
+    ("Q E", "key-turn"),
+    ("press-roll", "key-roll"),
+    ("press-lean", "key-lean"),
+    ("V B", "key-clay"),
+    ("C", "key-middle"),
+    ("M", "key-sound"),
+    ("R, 1", "key-front"),
+    ("2, 3", "key-views"),
+    ("K", "key-cut"),
+    ("L", "key-finish"),
+    ("Ctrl + S, Ctrl + E", "key-files"),
+    ("P", "key-panel"),
+    ("H, Esc", "key-help"),
+];
+
+/// Shows the table.
+pub(super) fn show(context: &egui::Context, words: &Words) {
+    let window = egui::Window::new(words.say("keys")).id(egui::Id::unique("keys"));
+    window.anchor(Align2::RIGHT_TOP, [-12.0, 12.0]).resizable(false).show(context, |ui| {
+        egui::Grid::new("table").show(ui, |ui| {
+            for (key, effect) in KEYS {
+                let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
+                ui.label(RichText::new(key).monospace());
+                ui.label(words.say(effect));
+                ui.end_row();
+            }
+        });
+    });
+}

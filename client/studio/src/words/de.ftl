@@ -1,0 +1,144 @@
+### Was das Fenster sagt, auf Deutsch.
+
+## The panel
+
+fold = einklappen (P)
+unfold = Bedienung (P)
+others-join = Andere kommen dazu mit
+address = Adresse  { $address }
+code = Code
+copy-command = Befehl kopieren
+wheel-rpm = Scheibe, U/min
+wheel-centre = zentrieren
+wheel-open = öffnen
+wheel-pull = ziehen
+wheel-trim = abdrehen
+sphere = Kugel
+tool-rib = Drehschiene
+tool-blade = Klinge
+tool-knuckle = Knöchel
+tool-loop = Schlinge
+tool-numbered = Nr. { $number }
+radius = Radius
+angle-turn = drehen
+angle-lean = neigen
+angle-roll = rollen
+side-outside = außen
+side-inside = innen (I)
+clay-stiff = steif
+clay-throwing = zum Drehen
+clay-soft = weich
+clay-slip = Schlicker
+wetness = Feuchte
+clay-figures = fließt ab { $yield } kPa, E { $youngs } MPa, { $time } ms
+force-on = Kraft wieder geben (Enter)
+force-off = Sofort keine Kraft (Enter)
+touching = berührt den Ton; { $depth } mm eingedrückt
+not-touching = berührt nichts; { $depth } mm eingedrückt
+hear = den Ton hören (M)
+no-sound = hier gibt es keinen Klang
+you = du
+potter = Töpfer { $number }
+person-touching = { $name }, am Ton
+
+## What the pot is shown as
+
+finish = gezeigt als
+finish-clay = Ton
+finish-biscuit = geschrüht
+finish-celadon = Seladonglasur
+finish-tenmoku = Tenmokuglasur
+finish-tin-white = weiße Zinnglasur
+finish-cobalt = Kobaltglasur
+
+## Files
+
+pot-file = Topfdatei
+save = Speichern
+export-as = Ausgeben als
+writing = schreibt …
+written = geschrieben: { $path }
+replace = { $path } gibt es schon: noch einmal ersetzt sie
+not-written = die Datei wurde nicht geschrieben
+no-thread = kein Faden für die Datei: { $reason }
+
+## Preferences
+
+preferences = Einstellungen
+language = Sprache
+theme-dark = dunkel
+theme-light = hell
+theme-system = wie das System
+text-size = Schrift, %
+lesson-again = Die Einführung zeigen
+not-kept = die Einstellungen werden nicht behalten: { $reason }
+
+## The line of figures
+
+status = hin und zurück { $rtt } ms · { $quality } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter } · H: Tasten
+quality-excellent = ausgezeichnet
+quality-good = gut
+quality-fair = mäßig
+quality-slow = langsam
+
+## Sentences that must be seen
+
+not-heard = die Werkstatt hört dieses Programm nicht mehr
+closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
+force-is-off = die Kraft ist aus: Enter gibt sie zurück
+
+## The keys
+
+keys = Tasten
+key-force = sofort keine Kraft; noch einmal: Kraft
+key-press = das Werkzeug eindrücken
+key-push = tiefer drücken, nachlassen
+key-view = die Ansicht drehen
+key-zoom = näher, weiter weg
+key-wheel = Scheibe schneller, langsamer, halt
+key-tool = nächstes Werkzeug
+key-size = größere, kleinere Kugel
+key-side = im Topf arbeiten, außen
+key-turn = das Werkzeug um die Hochachse drehen
+key-roll = rollen
+key-lean = neigen; wieder aufrecht
+key-clay = trockenerer, nasserer Ton
+key-middle = hier ist die Mitte des Geräts
+key-sound = den Ton hören oder nicht
+key-front = Ansicht wie am Anfang
+key-views = als Profil, von oben
+key-cut = den Topf aufschneiden, schließen
+key-finish = als Ton, gebrannt, glasiert zeigen
+key-files = den Topf speichern, ausgeben
+key-panel = Bedienung einklappen, öffnen
+key-help = diese Tasten, verlassen
+press-left = linke Taste
+press-right = rechte Taste
+press-wheel = Mausrad, W S
+press-zoom = Strg + Mausrad
+press-arrows = auf, ab, Leertaste
+press-roll = A D, Umschalt + Rad
+press-lean = F G, Alt + Rad; X
+
+## The lesson
+
+lesson = Die ersten fünf Minuten
+lesson-step = { $step } von { $steps }: { $name }
+lesson-skip = Überspringen
+lesson-centre = Zentrieren
+lesson-centre-how = Stell die Scheibe auf etwa 200 U/min („zentrieren“ oder die Taste auf). Leg das Werkzeug drei Sekunden lang mit der linken Taste an die Wand: Der Ton läuft rund.
+lesson-open = Öffnen
+lesson-open-how = Drück I: Das Werkzeug geht nach innen. Halt die linke Taste nahe am Rand, und die Öffnung weitet sich.
+lesson-pull = Ziehen
+lesson-pull-how = Brems die Scheibe auf etwa 80 U/min („ziehen“). Halt die linke Taste und geh langsam vom Fuß zum Rand: Die Wand wird dünner und steigt.
+lesson-shape = Formen
+lesson-shape-how = Drück, wo du eine Taille willst, komm von innen, wo du einen Bauch willst. T wechselt das Werkzeug, K schneidet den Topf auf, L zeigt ihn glasiert.
+lesson-done = Das ist ein Topf. Strg + S speichert ihn; Strg + E gibt ihn für einen Drucker aus.
+lesson-close = Schließen
+
+## A session that is replayed
+
+replay-equal = { $snapshots } Stände kamen heraus, wie sie aufgezeichnet sind
+replay-unlike = der Ton bei { $seconds } s kam anders heraus, als er aufgezeichnet ist
+replay-pause = Anhalten
+replay-play = Abspielen

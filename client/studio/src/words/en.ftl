@@ -1,0 +1,144 @@
+### What the window says. One message a line or block; variables are named in braces.
+
+## The panel
+
+fold = fold (P)
+unfold = Panel (P)
+others-join = Others join with
+address = address  { $address }
+code = code
+copy-command = Copy the command
+wheel-rpm = wheel, rpm
+wheel-centre = centre
+wheel-open = open
+wheel-pull = pull
+wheel-trim = trim
+sphere = sphere
+tool-rib = rib
+tool-blade = blade
+tool-knuckle = knuckle
+tool-loop = loop
+tool-numbered = no. { $number }
+radius = radius
+angle-turn = turn
+angle-lean = lean
+angle-roll = roll
+side-outside = outside
+side-inside = inside (I)
+clay-stiff = stiff
+clay-throwing = throwing
+clay-soft = soft
+clay-slip = slip
+wetness = wetness
+clay-figures = yields at { $yield } kPa, E { $youngs } MPa, { $time } ms
+force-on = Give force again (Enter)
+force-off = No force at once (Enter)
+touching = touching the clay; pushed in { $depth } mm
+not-touching = not touching; pushed in { $depth } mm
+hear = hear the clay (M)
+no-sound = no sound here
+you = you
+potter = potter { $number }
+person-touching = { $name }, touching
+
+## What the pot is shown as
+
+finish = shown as
+finish-clay = clay
+finish-biscuit = biscuit fired
+finish-celadon = celadon glaze
+finish-tenmoku = tenmoku glaze
+finish-tin-white = tin-white glaze
+finish-cobalt = cobalt glaze
+
+## Files
+
+pot-file = pot file
+save = Save
+export-as = Export as
+writing = writing …
+written = written: { $path }
+replace = { $path } is there already: ask once more to replace it
+not-written = the file was not written
+no-thread = no thread for the file: { $reason }
+
+## Preferences
+
+preferences = Preferences
+language = language
+theme-dark = dark
+theme-light = light
+theme-system = as the system
+text-size = text, %
+lesson-again = Show the lesson
+not-kept = your preferences are not kept: { $reason }
+
+## The line of figures
+
+status = round trip { $rtt } ms · { $quality } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter } · H: keys
+quality-excellent = excellent
+quality-good = good
+quality-fair = fair
+quality-slow = slow
+
+## Sentences that must be seen
+
+not-heard = the studio does not hear this client any more
+closed = the studio has closed; what you see is how the pot was left
+force-is-off = the force is off: Enter gives it back
+
+## The keys
+
+keys = Keys
+key-force = no force at once; again: force
+key-press = press the tool in
+key-push = push deeper, let out
+key-view = turn the view
+key-zoom = closer, farther
+key-wheel = wheel faster, slower, stop
+key-tool = next tool
+key-size = larger, smaller sphere
+key-side = work inside the pot, outside
+key-turn = turn the tool about its upright
+key-roll = roll it
+key-lean = lean it; upright again
+key-clay = drier, wetter clay
+key-middle = a device's middle is here
+key-sound = hear the clay or not
+key-front = view as at first
+key-views = as a profile, from above
+key-cut = cut the pot open, close it
+key-finish = shown as clay, fired, glazed
+key-files = save the pot, export it
+key-panel = fold the panel, open it
+key-help = these keys, leave
+press-left = left button
+press-right = right button
+press-wheel = mouse wheel, W S
+press-zoom = Ctrl + wheel
+press-arrows = up, down, space
+press-roll = A D, Shift + wheel
+press-lean = F G, Alt + wheel; X
+
+## The lesson
+
+lesson = First five minutes
+lesson-step = { $step } of { $steps }: { $name }
+lesson-skip = Skip
+lesson-centre = Centre
+lesson-centre-how = Set the wheel to about 200 rpm (“centre”, or the up key). Rest the tool on the wall with the left button for three seconds: the clay runs true.
+lesson-open = Open
+lesson-open-how = Press I: the tool goes inside. Hold the left button near the rim, and the mouth opens.
+lesson-pull = Pull
+lesson-pull-how = Slow the wheel to about 80 rpm (“pull”). Hold the left button and move slowly from the foot to the rim: the wall thins and rises.
+lesson-shape = Shape
+lesson-shape-how = Press where you want a waist, come from inside where you want a belly. T changes the tool, K cuts the pot open, L shows it glazed.
+lesson-done = That is a pot. Ctrl + S saves it; Ctrl + E exports it for a printer.
+lesson-close = Close
+
+## A session that is replayed
+
+replay-equal = { $snapshots } snapshots came out as they were recorded
+replay-unlike = the clay of { $seconds } s came out otherwise than it was recorded
+replay-pause = Pause
+replay-play = Play
