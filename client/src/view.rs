@@ -1,7 +1,7 @@
 //! What there is to see: the predicted clay, everybody's tools, and how the connection stands.
 //!
 //! Written by the worker, read by whoever draws; neither is the 1 kHz thread, so a lock may stand between them.
-//! Invariant: `changed` holds every tile in which `pot` changed since the drawer last cleared it.
+//! Invariant: `changed` holds every tile in which the picture changed since the drawer last cleared it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -10,6 +10,8 @@ use pottery_shared::clay::{Conditions, Pot, Surface};
 use pottery_shared::session::{Client, RemoteTool};
 use pottery_shared::snapshot::Touched;
 use pottery_shared::tool::{ConvexTool, Shape};
+
+use crate::fade::Fade;
 
 /// How the connection stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,13 +31,15 @@ pub struct View {
     pub number: u16,
     /// The predicted clay.
     pub pot: Pot,
-    /// Tiles to draw anew.
+    /// The clay to draw: predicted, with corrections that fade in.
+    pub picture: Fade,
+    /// Tiles of the picture to draw anew.
     pub changed: Touched,
     /// The convex tools of the wheel, by their number.
     pub rack: Arc<[ConvexTool]>,
     /// The number of the tool that this client brought last, or the sentence that says why it has none.
     pub brought: Option<Result<Shape, String>>,
-    /// Everybody's tools, the client's own included.
+    /// Everybody's tools on their ways, the client's own included.
     pub tools: Vec<RemoteTool>,
     /// Wheel, material and method.
     pub conditions: Conditions,
@@ -62,6 +66,7 @@ impl SharedView {
         Self(Arc::new(Mutex::new(View {
             number: session.number(),
             changed,
+            picture: Fade::new(&pot),
             pot,
             rack: session.rack(),
             brought: None,

@@ -18,6 +18,7 @@ use web_transport_quinn::Session;
 
 use crate::boundary::NetSide;
 use crate::connection::Joined;
+use crate::remote_hands::RemoteHands;
 use crate::streams::{Arrival, Streams, closed_or_lost};
 use crate::stroke::StrokeRecorder;
 use crate::view::{Link, SharedView};
@@ -75,6 +76,15 @@ pub struct NetworkReport {
     pub recording: Option<StrokeRecorder>,
 }
 
+/// Why the predicted clay changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    /// The own hand pressed.
+    Own,
+    /// The server said otherwise, or others pressed.
+    Corrected,
+}
+
 /// The task's state.
 #[derive(Debug)]
 pub struct Worker {
@@ -82,6 +92,7 @@ pub struct Worker {
     session: Client,
     side: NetSide,
     view: SharedView,
+    hands: RemoteHands,
     commands: mpsc::Receiver<Command>,
     epoch: Instant,
     joined_at: Instant,
@@ -128,6 +139,7 @@ impl Worker {
             session,
             side,
             view,
+            hands: RemoteHands::default(),
             commands,
             epoch,
             joined_at: Instant::now(),
@@ -209,7 +221,10 @@ impl Worker {
     fn rebase(&mut self) {
         let begin = Instant::now();
         if self.session.needs_rebase() && begin >= self.rebase_after {
+            // what the own hand pressed is drawn at once, what is corrected fades in
+            self.draw(Change::Own);
             self.session.rebase();
+            self.draw(Change::Corrected);
             self.rebase_after = begin + begin.elapsed() * REBASE_REST;
         }
     }
@@ -296,7 +311,9 @@ impl Worker {
         true
     }
 
-    fn show(&mut self) {
+    /// Brings the view's clay up to the predicted one.
+    fn draw(&mut self, change: Change) {
+        let now = self.epoch.elapsed();
         let mut view = self.view.lock();
         let view = &mut *view;
         let mut news = view.changed.emptied();
@@ -304,9 +321,19 @@ impl Worker {
         for (surface, _, window) in news.iter() {
             view.pot.copy_window(self.session.predicted(), surface, window);
         }
-        view.changed.add_all(&news);
-        view.tools.clear();
-        view.tools.extend_from_slice(self.session.tools());
+        if change == Change::Corrected {
+            view.picture.correct(&view.pot, &news);
+        }
+        view.picture.draw(&view.pot, &news, now, &mut view.changed);
+    }
+
+    fn show(&mut self) {
+        self.draw(Change::Own);
+        let now = self.epoch.elapsed();
+        self.hands.hear(self.session.tools(), self.session.tools_tick(), now);
+        let mut view = self.view.lock();
+        let view = &mut *view;
+        self.hands.draw(now, &mut view.tools);
         if view.conditions != *self.session.conditions() {
             view.conditions.clone_from(self.session.conditions());
         }

@@ -223,6 +223,12 @@ impl Studio {
     async fn close(self, people: Vec<Person>) -> Outcome {
         let seed = self.seed;
         let mut outcome = Outcome::default();
+        // what was corrected last has faded in by then
+        sleep(ms(400)).await;
+        for person in &people {
+            let view = person.view.lock();
+            assert_eq!(view.picture.drawn().digest(), view.pot.digest(), "seed {seed}: {}", person.address);
+        }
         let hands: Vec<_> = people.iter().map(|person| (person.presser, person.view.lock().tick_offset)).collect();
         outcome.by_hand_mm3 = pressed_by_hand_mm3(&hands);
         for person in people {

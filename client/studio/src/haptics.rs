@@ -180,7 +180,7 @@ fn at_a_server(bench: &Bench, device: Box<dyn Device>) -> anyhow::Result<Outcome
         Pictures::start(pot, move |renderer| {
             let mut view = potter.view().lock();
             let view = &mut *view;
-            renderer.upload_changed(&view.pot, &view.changed);
+            renderer.upload_changed(view.picture.drawn(), &view.changed);
             view.changed.clear();
             view.conditions.phase(potter.tick())
         })

@@ -277,6 +277,12 @@ impl Client {
         &self.tools
     }
 
+    /// The tick of which [`Client::tools`] tells.
+    #[must_use]
+    pub const fn tools_tick(&self) -> Tick {
+        self.tools_tick
+    }
+
     /// Digests that did not match; each was mended.
     #[must_use]
     pub const fn mismatches(&self) -> u64 {

@@ -488,7 +488,7 @@ impl App {
             let mut view = self.potter.view().lock();
             let view = &mut *view;
             if !view.changed.is_empty() {
-                stage.upload(&view.pot, &view.changed);
+                stage.upload(view.picture.drawn(), &view.changed);
                 view.changed.clear();
             }
             self.drawn_phase = view.conditions.phase(self.potter.tick());
