@@ -13,7 +13,6 @@ pub mod fade;
 mod haptic_loop;
 mod onlooker;
 mod pacing;
-pub mod pot_file;
 mod potter;
 pub mod rehearsal;
 pub mod remote_hands;
@@ -24,8 +23,9 @@ pub mod stroke;
 pub mod tool_file;
 mod transport;
 pub mod view;
-pub mod whole_file;
 mod worker;
+
+pub use pottery_files::{pot_file, whole_file};
 
 pub use claim::{Claim, Core, CoreError, Granted, Priority};
 pub use connection::{JoinError, Target};

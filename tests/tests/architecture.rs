@@ -326,6 +326,7 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 fn packages_depend_one_way() {
     for (folder, never) in [
         ("shared", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests"][..]),
+        ("shared/files", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests"]),
         ("server", &["pottery-client", "pottery-studio", "pottery-tests"]),
         ("client", &["pottery-server", "pottery-studio", "pottery-tests"]),
         ("client/studio", &["pottery-tests"]),

@@ -330,7 +330,8 @@ fn file_is_written_and_read_and_says_its_name_when_it_cannot_be() {
 
 #[test]
 fn reader_in_the_description_reads_the_same_radii() {
-    let description = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/POT-FILE.md")).unwrap();
+    let description =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/files/POT-FILE.md")).unwrap();
     let (_, program) = description.split_once("```python\n").unwrap();
     let (program, _) = program.split_once("```").unwrap();
     let folder = folder("pot-described");

@@ -106,7 +106,7 @@ impl PotRecord {
     }
 
     /// The radii as files keep them before they are packed: what differs from what is expected, small differences as small
-    /// numbers, of all elements the low bytes before the high ones; `client/POT-FILE.md` says it in full.
+    /// numbers, of all elements the low bytes before the high ones; `shared/files/POT-FILE.md` says it in full.
     #[must_use]
     pub fn planes(&self) -> Vec<u8> {
         let rows = self.spec.shape.rows() as usize;

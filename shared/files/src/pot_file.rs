@@ -1,7 +1,7 @@
 //! The pot file: a pot with what its wheel was set to, so that work can go on another day.
 //!
 //! Owns what is kept and the sentences when a file cannot be used; how it lies in bytes is `format`'s affair, and
-//! `client/POT-FILE.md` describes it for other programs.
+//! `shared/files/POT-FILE.md` describes it for other programs.
 //! Invariant: the pot read back is the pot written, bit for bit; from any other bytes comes an error and nothing else.
 
 mod format;
@@ -19,7 +19,7 @@ use crate::whole_file::{WriteError, write_whole};
 /// A pot and what its wheel was set to.
 ///
 /// ```
-/// use pottery_client::pot_file::PotFile;
+/// use pottery_files::pot_file::PotFile;
 /// use pottery_shared::clay::{Conditions, Pot, PotSpec};
 /// use pottery_shared::units::Tick;
 ///

@@ -1,6 +1,6 @@
 //! How a pot file lies in bytes, version 1: a head of fixed places, packed radii, a checksum.
 //!
-//! `client/POT-FILE.md` is the description; the numbers here are the same.
+//! `shared/files/POT-FILE.md` is the description; the numbers here are the same.
 //! Invariant: version and length are read before anything else is believed, the checksum before any number is used.
 
 use std::io::{Read, Write};
