@@ -70,11 +70,13 @@ pub enum JoinError {
     },
 }
 
-/// A connection whose greeting was understood.
+/// A connection whose greeting was understood, for whoever runs a session of their own on it.
 #[derive(Debug)]
-pub(crate) struct Joined {
-    pub(crate) connection: Session,
-    pub(crate) streams: Streams,
+pub struct Joined {
+    /// The connection, for datagrams.
+    pub connection: Session,
+    /// Its streams.
+    pub streams: Streams,
 }
 
 /// The port studios listen on when none is typed.
@@ -107,7 +109,10 @@ async fn resolve(typed: &str) -> Result<SocketAddr, JoinError> {
 }
 
 /// Connects, greets and waits for the answer, of which `open` makes a session; it is told the round trip.
-pub(crate) async fn join<S>(
+///
+/// # Errors
+/// [`JoinError`] with a sentence for the person.
+pub async fn join<S>(
     endpoint: &quinn::Endpoint,
     target: &Target,
     greeting: &[u8],

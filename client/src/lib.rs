@@ -28,10 +28,11 @@ mod worker;
 pub use pottery_files::{pot_file, whole_file};
 
 pub use claim::{Claim, Core, CoreError, Granted, Priority};
-pub use connection::{JoinError, Target};
+pub use connection::{JoinError, Joined, Target, join};
 pub use haptic_loop::{HapticLoop, HapticReport};
 pub use onlooker::{Onlooker, WatchReport};
 pub use pacing::{IdleLoop, LoopRate, LoopRateError, Pacing};
 pub use potter::{Potter, PotterOptions, PotterReport, Seat};
+pub use streams::{Arrival, Streams};
 pub use transport::{client_config, endpoint};
 pub use worker::{Command, NetworkReport, Worker};

@@ -11,7 +11,7 @@ use crate::view::Link;
 
 /// What came on a stream.
 #[derive(Debug)]
-pub(crate) enum Arrival {
+pub enum Arrival {
     /// A control frame.
     Frame(Vec<u8>),
     /// A whole keyframe.
@@ -22,11 +22,11 @@ pub(crate) enum Arrival {
 
 /// The ends of the queues to and from the streams.
 #[derive(Debug)]
-pub(crate) struct Streams {
+pub struct Streams {
     /// Frames for the control stream.
-    pub(crate) outgoing: mpsc::Sender<Vec<u8>>,
+    pub outgoing: mpsc::Sender<Vec<u8>>,
     /// What came.
-    pub(crate) arriving: mpsc::Receiver<Arrival>,
+    pub arriving: mpsc::Receiver<Arrival>,
 }
 
 impl Streams {

@@ -5,8 +5,8 @@
 use pottery_shared::room::PeerId;
 use tokio::sync::oneshot;
 
-use crate::Standing;
 use crate::link::Link;
+use crate::{Figures, Standing};
 
 /// What reaches the room.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub(crate) enum Event {
     Gone(PeerId),
     /// Somebody asks how things stand.
     Standing(oneshot::Sender<Standing>),
+    /// Somebody asks what was counted.
+    Figures(oneshot::Sender<Figures>),
     /// Close.
     Stop,
 }

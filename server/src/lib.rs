@@ -7,6 +7,7 @@ mod certificate;
 mod config;
 mod connection;
 mod event;
+mod figures;
 mod link;
 pub mod recording;
 mod server;
@@ -15,5 +16,6 @@ mod transport;
 
 pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
+pub use figures::Figures;
 pub use server::{Server, ServerError, Standing};
 pub use transport::{bind, endpoint, server_config};

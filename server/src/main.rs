@@ -5,6 +5,7 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
 use pottery_server::{FileConfig, Server, ServerConfig};
@@ -26,6 +27,9 @@ struct Flags {
     /// Number of wheels, each with its own pot
     #[arg(long)]
     wheels: Option<u16>,
+    /// Most people at one time [default: 64]
+    #[arg(long)]
+    people: Option<u16>,
     /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
     #[arg(long, value_name = "NAME", value_parser = form)]
     form: Option<Form>,
@@ -41,6 +45,9 @@ struct Flags {
     /// Session file to write while the studio is open: pottery-studio replay goes through it again. It must not exist yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Print what the server counts as a line of JSON every so many seconds: people, ticks, how long they took, datagrams
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    figures: Option<u64>,
     /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
     /// method, wheel_rpm, clay, wetness, support
     #[arg(long)]
@@ -95,6 +102,7 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     };
     config.listen = flags.listen.unwrap_or(config.listen);
     config.wheels = flags.wheels.unwrap_or(config.wheels);
+    config.people_max = flags.people.unwrap_or(config.people_max);
     config.code = flags.code.or(config.code);
     config.record = flags.record;
     config.form = flags.form.unwrap_or(config.form);
@@ -107,7 +115,14 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     let server = Server::start(config)?;
     println!("listening on {}", server.address());
     println!("join code    {}", server.code());
-    stopped.await?;
+    tokio::pin!(stopped);
+    loop {
+        let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));
+        tokio::select! {
+            ended = &mut stopped => break ended?,
+            () = next => println!("{}", server.figures().await?.to_json_line()),
+        }
+    }
     println!("closing: telling everybody");
     server.stop().await;
     Ok(())

@@ -17,7 +17,7 @@ use tokio::task::JoinHandle;
 use crate::event::Event;
 use crate::recording::Recorder;
 use crate::ticking::Ticking;
-use crate::{Certificate, ConfigError, ServerConfig, connection, transport};
+use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, transport};
 
 /// Why a server does not run.
 #[derive(Debug, thiserror::Error)]
@@ -166,6 +166,16 @@ impl Server {
     pub async fn standing(&self) -> Result<Standing, ServerError> {
         let (answer, answered) = oneshot::channel();
         self.events.send(Event::Standing(answer)).await.map_err(|_| ServerError::Stopped)?;
+        answered.await.map_err(|_| ServerError::Stopped)
+    }
+
+    /// What it has counted since its start; unlike [`Server::standing`] it copies no clay, so that it may be asked often.
+    ///
+    /// # Errors
+    /// [`ServerError::Stopped`] when it no longer runs.
+    pub async fn figures(&self) -> Result<Figures, ServerError> {
+        let (answer, answered) = oneshot::channel();
+        self.events.send(Event::Figures(answer)).await.map_err(|_| ServerError::Stopped)?;
         answered.await.map_err(|_| ServerError::Stopped)
     }
 

@@ -11,10 +11,10 @@ use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 
-use crate::Standing;
 use crate::event::Event;
 use crate::link::Link;
 use crate::recording::Recorder;
+use crate::{Figures, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
@@ -32,7 +32,7 @@ pub(crate) struct Ticking {
     events: mpsc::Receiver<Event>,
     links: BTreeMap<PeerId, Box<Link>>,
     started: Instant,
-    late: u64,
+    figures: Figures,
     /// The tick of the next look at what the lines lose.
     look_at: u64,
     /// Datagrams dropped for people who have left.
@@ -43,7 +43,8 @@ pub(crate) struct Ticking {
 impl Ticking {
     pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>, recorder: Option<Recorder>) -> Self {
         let started = Instant::now();
-        Self { room, events, links: BTreeMap::new(), started, late: 0, look_at: 0, dropped: 0, recorder }
+        let figures = Figures::default();
+        Self { room, events, links: BTreeMap::new(), started, figures, look_at: 0, dropped: 0, recorder }
     }
 
     /// Runs until it is told to stop or nobody can tell it anything any more.
@@ -55,7 +56,12 @@ impl Ticking {
             tokio::select! {
                 // time before news, always, so that a run can be repeated from a seed
                 biased;
-                _ = wake.tick() => self.advance(),
+                _ = wake.tick() => {
+                    let begun = Instant::now();
+                    self.advance();
+                    self.transmit();
+                    self.figures.note_wake(begun.elapsed());
+                }
                 count = self.events.recv_many(&mut arrived, EVENTS_AT_ONCE) => {
                     if count == 0 {
                         return;
@@ -77,7 +83,7 @@ impl Ticking {
     fn advance(&mut self) {
         let due = self.started.elapsed().as_millis() as u64;
         if due > self.room.now().0 + LATE_TICKS {
-            self.late += 1;
+            self.figures.late += 1;
             tracing::debug!(ticks = due - self.room.now().0, "the tick fell behind");
         }
         if due >= self.look_at {
@@ -118,6 +124,7 @@ impl Ticking {
                 // whoever asked may have given up
                 drop(answer.send(self.standing()));
             }
+            Event::Figures(answer) => drop(answer.send(self.figures())),
             Event::Stop => return false,
         }
         true
@@ -131,16 +138,33 @@ impl Ticking {
             digests: wheels.clone().filter_map(|wheel| self.room.digest(wheel)).collect(),
             pots: wheels.filter_map(|wheel| self.room.pot(wheel).cloned()).collect(),
             counts: self.room.counts(),
-            late: self.late,
-            dropped_datagrams: self.dropped + self.links.values().map(|link| link.dropped()).sum::<u64>(),
+            late: self.figures.late,
+            dropped_datagrams: self.dropped_datagrams(),
         }
+    }
+
+    fn figures(&self) -> Figures {
+        Figures {
+            ticks: self.room.now().0,
+            people: self.room.people(),
+            dropped_datagrams: self.dropped_datagrams(),
+            counts: self.room.counts(),
+            ..self.figures.clone()
+        }
+    }
+
+    fn dropped_datagrams(&self) -> u64 {
+        self.dropped + self.links.values().map(|link| link.dropped()).sum::<u64>()
     }
 
     fn transmit(&mut self) {
         while let Some(transmit) = self.room.poll_transmit() {
             let Some(link) = self.links.get(&transmit.to) else { continue };
             let alive = match transmit.lane {
-                Lane::Datagram(bytes) => link.send_datagram(bytes.into()),
+                Lane::Datagram(bytes) => {
+                    self.figures.note_datagram(bytes.len());
+                    link.send_datagram(bytes.into())
+                }
                 Lane::Control(bytes) => link.send_control(bytes),
                 Lane::Keyframe(bytes) => link.send_keyframe(bytes),
                 Lane::Close => link.finish(),

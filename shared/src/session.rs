@@ -24,6 +24,7 @@ pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use mending::MendCounts;
 pub use peer::{Peer, PeerError};
+pub use runs::pack;
 pub(crate) use tools::with_one_more;
 pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};
 pub use watcher::{Watched, Watcher};

@@ -2,7 +2,8 @@
 //!
 //! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets and a
 //! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory; the [`reference`](mod@reference) dents, the [`failures`] that methods
-//! are tried for, a [`display`] with the studio on it, how firmly a hand holds on in [`stability`], the [`yardstick`] methods of other authors, and a
+//! are tried for, a [`display`] with the studio on it, the [`load`] that a server is put under, how firmly a hand holds on in
+//! [`stability`], the [`yardstick`] methods of other authors, and a
 //! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
@@ -12,6 +13,7 @@ pub mod dent;
 pub mod display;
 pub mod failures;
 pub mod fit;
+pub mod load;
 pub mod network;
 pub mod programs;
 pub mod reference;

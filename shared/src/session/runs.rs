@@ -40,8 +40,9 @@ struct Step {
     turned: [i16; 3],
 }
 
-/// Packs samples with consecutive numbers into at most about `bytes_max` bytes; says how many fitted.
-pub(super) fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) -> (Inputs, u32) {
+/// Packs samples with consecutive numbers into a message of at most about `bytes_max` bytes; says how many fitted.
+#[must_use]
+pub fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) -> (Inputs, u32) {
     let mut inputs = Inputs { first: 0, runs: Vec::new() };
     let mut last: Option<ToolSample> = None;
     let (mut bits, mut count) = (64, 0);

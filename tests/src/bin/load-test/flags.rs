@@ -1,0 +1,254 @@
+//! The command line of `load-test`.
+//!
+//! Owns flags, their words and what they make of a scenario; starts nothing.
+//! Invariant: a flag outranks the scenario's file, and the file the defaults.
+
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+use pottery_shared::protocol::JoinCode;
+use pottery_tests::load::host::server_program;
+use pottery_tests::load::knee::{Raises, Way};
+use pottery_tests::load::plan::{Plan, Sight};
+use pottery_tests::load::run::{Against, Options};
+use pottery_tests::load::schedule::Punctuality;
+use pottery_tests::load::threshold::Threshold;
+
+const TEACHES: &str = "\
+Examples:
+  load-test --spawn --potters 8 --wheels 4 --duration 20
+      eight people press at four wheels of a server that is started for it
+  load-test --spawn --scenario lesson --threshold 'input_delta_ms:p99<120' --html lesson.html
+      a class of 24; the page shows every second
+  load-test --server 127.0.0.1:4747 --code K7QM-3XPD --spectators 100
+      a server that runs already
+  load-test knee --spawn --potters 1 --sight full --raise spectators --from 100 --to 2000 --threshold 'delta_age_ms:p99<20'
+      how many subscribers there may be
+  load-test soak --spawn --scenario soak --duration 600
+      whether memory grows and ticks come late
+
+Scenarios: class-arrives, lesson, one-wheel, exhibition, join-storm, slow-readers, flapping, soak, smoke; or a TOML or JSON
+file with the same entries as those in tests/data/load/.
+
+How to read it: inputs are due every 10 ms whatever the server does, and input_delta_ms runs from the moment at which one
+was due to the clay that holds it. The uncorrected figure runs from when it was sent. If the generator is late itself
+(schedule_lag_ms), the run is invalid: it says nothing of the server. A star marks seconds that are left out of the figures.
+
+Exit codes: 0 every threshold holds, 99 one is broken, 98 the run is invalid, 97 somebody's clay is not the server's,
+2 a flag makes no sense, 1 anything else.";
+
+/// Puts a pottery server under load and says how it bears it: real QUIC, real strokes, no window and no hand's thread.
+#[derive(Debug, Parser)]
+#[command(name = "load-test", version, after_help = TEACHES, args_conflicts_with_subcommands = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) run: RunFlags,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Raise the load until a threshold breaks, and draw it
+    Knee(KneeFlags),
+    /// Go on for long, and look whether the server's memory grows
+    Soak(SoakFlags),
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunFlags {
+    /// Start a server of its own on this machine, so that its processor time and memory can be read
+    #[arg(long, conflicts_with_all = ["server", "code"])]
+    spawn: bool,
+    /// The server's program [default: pottery-server beside this program]
+    #[arg(long, value_name = "FILE", requires = "spawn")]
+    program: Option<PathBuf>,
+    /// A server that runs already
+    #[arg(long, value_name = "ADDRESS", requires = "code")]
+    server: Option<String>,
+    /// Its join code
+    #[arg(long)]
+    code: Option<JoinCode>,
+    /// Allow a server that is not on this machine; ask its owner first
+    #[arg(long)]
+    beyond_loopback: bool,
+    /// A scenario by name, or a TOML or JSON file
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
+    /// Wheels of a spawned server; people are spread over them
+    #[arg(long)]
+    wheels: Option<u16>,
+    /// Wheels that people sit at, when not all
+    #[arg(long)]
+    used_wheels: Option<u16>,
+    /// People who press
+    #[arg(long)]
+    potters: Option<u32>,
+    /// People who look on
+    #[arg(long)]
+    spectators: Option<u32>,
+    /// What those get: full (as a potter, 60 a second), spectator (30) or gallery (5)
+    #[arg(long)]
+    sight: Option<Sight>,
+    /// Potters who hold and predict the clay, so that corrections are measured; each costs the generator a tenth of a core or more
+    #[arg(long)]
+    full_potters: Option<u32>,
+    /// Seconds over which people come
+    #[arg(long, value_name = "SECONDS")]
+    ramp: Option<f64>,
+    /// Seconds after that which are left out of the figures
+    #[arg(long, value_name = "SECONDS")]
+    warmup: Option<f64>,
+    /// Seconds that are measured
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Seed of every roll of the dice
+    #[arg(long)]
+    seed: Option<u64>,
+    /// What the run has to keep to, like input_delta_ms:p99<120; may be given again
+    #[arg(long, value_name = "FIGURE:QUANTILE<BOUND")]
+    threshold: Vec<Threshold>,
+    /// End with the first threshold that is broken
+    #[arg(long)]
+    abort_on_fail: bool,
+    /// How late the generator may send at the 99th percentile before the run is invalid
+    #[arg(long, value_name = "MS", default_value_t = 5.0)]
+    lag_max_ms: f64,
+    /// Threads of the generator
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
+    threads: u8,
+    /// Write all figures, with every second, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write a page with charts
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// No table while it runs
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct KneeFlags {
+    #[command(flatten)]
+    pub(crate) run: RunFlags,
+    /// Who becomes more
+    #[arg(long, default_value = "spectators")]
+    raise: Raises,
+    /// The first load
+    #[arg(long, default_value_t = 50)]
+    from: u32,
+    /// The largest that is tried
+    #[arg(long, default_value_t = 2000)]
+    to: u32,
+    /// From one load to the next
+    #[arg(long, default_value_t = 1.5)]
+    factor: f64,
+    /// Times that the way between the last that held and the first that broke is halved
+    #[arg(long, default_value_t = 2)]
+    halvings: u32,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SoakFlags {
+    #[command(flatten)]
+    pub(crate) run: RunFlags,
+    /// So many seconds of a room in virtual time instead, as fast as the machine goes
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) virtual_s: Option<u64>,
+    /// How much memory may grow beyond twice the error of the line through it, MB
+    #[arg(long, value_name = "MB", default_value_t = 1.0)]
+    pub(crate) growth_max_mb: f64,
+}
+
+impl RunFlags {
+    /// The scenario with what flags say in its place.
+    pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
+        self.plan_of(self.scenario.as_deref())
+    }
+
+    fn plan_of(&self, scenario: Option<&str>) -> Result<Plan, Box<dyn std::error::Error>> {
+        let mut plan = scenario.map(Plan::read).transpose()?.unwrap_or_default();
+        plan.wheels = self.wheels.unwrap_or(plan.wheels);
+        plan.used_wheels = self.used_wheels.or(plan.used_wheels);
+        plan.potters = self.potters.unwrap_or(plan.potters);
+        plan.spectators = self.spectators.unwrap_or(plan.spectators);
+        plan.sight = self.sight.unwrap_or(plan.sight);
+        plan.full_potters = self.full_potters.unwrap_or(plan.full_potters);
+        plan.ramp_s = self.ramp.unwrap_or(plan.ramp_s);
+        plan.warmup_s = self.warmup.unwrap_or(plan.warmup_s);
+        plan.duration_s = self.duration.unwrap_or(plan.duration_s);
+        plan.seed = self.seed.unwrap_or(plan.seed);
+        Ok(plan.checked()?)
+    }
+
+    pub(crate) fn options(&self) -> Result<Options, Box<dyn std::error::Error>> {
+        if !(self.lag_max_ms.is_finite() && self.lag_max_ms > 0.0) {
+            return Err("--lag-max-ms has to be more than 0".into());
+        }
+        Ok(Options {
+            against: self.against()?,
+            punctuality: Punctuality { lag_max: Duration::from_secs_f64(self.lag_max_ms * 1e-3) },
+            thresholds: self.threshold.clone(),
+            aborts: self.abort_on_fail,
+            threads: usize::from(self.threads),
+            is_told: !self.quiet,
+        })
+    }
+
+    fn against(&self) -> Result<Against, Box<dyn std::error::Error>> {
+        match (&self.server, &self.code) {
+            (Some(address), Some(code)) => {
+                if !self.beyond_loopback && !is_loopback(address) {
+                    return Err(format!(
+                        "{address} is not on this machine: a load test may keep others from their work, so ask first and \
+                         say --beyond-loopback"
+                    )
+                    .into());
+                }
+                Ok(Against::Running { address: address.clone(), code: code.clone() })
+            }
+            _ if self.spawn => Ok(Against::Spawned(self.program.clone().map_or_else(server_program, Ok)?)),
+            _ => Err("say which server: --spawn starts one, --server ADDRESS --code CODE names one; --help tells more"
+                .into()),
+        }
+    }
+}
+
+/// Whether an address as typed names this machine.
+fn is_loopback(address: &str) -> bool {
+    let host = address.rsplit_once(':').filter(|(host, _)| !host.contains(':') || host.ends_with(']'));
+    let host = host.map_or(address, |(host, _)| host).trim_matches(['[', ']']);
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+}
+
+impl KneeFlags {
+    pub(crate) fn way(&self) -> Way {
+        let factor = if self.factor > 1.0 { self.factor } else { 1.5 };
+        Way { raises: self.raise, from: self.from.max(1), to: self.to, factor, halvings: self.halvings }
+    }
+}
+
+impl SoakFlags {
+    /// The scenario `soak` unless another is named.
+    pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
+        self.run.plan_of(self.run.scenario.as_deref().or(Some("soak")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_this_machine_is_this_machine() {
+        for here in ["127.0.0.1:4747", "[::1]:4747", "::1", "localhost:5", "127.8.0.1"] {
+            assert!(is_loopback(here), "{here}");
+        }
+        for there in ["192.168.1.20:4747", "studio.example:4747", "[2001:db8::1]:4747", "localhost.example:1"] {
+            assert!(!is_loopback(there), "{there}");
+        }
+    }
+}

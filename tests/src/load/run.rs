@@ -1,0 +1,434 @@
+//! One run: people come, work, settle and compare their clay, while every second is read.
+//!
+//! Owns the order of things and the judgement at the end; what people do is theirs.
+//! Invariant: a run that ends without an error has a verdict, and `Invalid` outranks all that is said of the server.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use pottery_client::JoinError;
+use pottery_client::stroke::{Stroke, StrokeError};
+use pottery_shared::protocol::JoinCode;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::Instant;
+
+use super::figures::{Quantiles, Recorder, Tally};
+use super::follower::{Ledger, Subject};
+use super::host::{self, Host, HostError, Told, Usage};
+use super::person::{Outcome, Person, Stage, Studio};
+use super::plan::{Plan, PlanError};
+use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigures, Verdict};
+use super::schedule::Punctuality;
+use super::threshold::Threshold;
+
+/// People who share a socket.
+const PEOPLE_A_SOCKET: u32 = 16;
+/// Time in which the last presses are confirmed.
+const SETTLE_WITHIN: Duration = Duration::from_secs(5);
+/// Time in which everybody compares their clay, and more for every person.
+const COMPARE_WITHIN: Duration = Duration::from_secs(15);
+const COMPARE_EACH: Duration = Duration::from_millis(20);
+
+/// Which server.
+#[derive(Clone, Debug)]
+pub enum Against {
+    /// One of our own, a process beside this one.
+    Spawned(PathBuf),
+    /// One that runs already.
+    Running {
+        /// Where.
+        address: String,
+        /// What lets people in.
+        code: JoinCode,
+    },
+}
+
+/// How a run is gone through.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Which server.
+    pub against: Against,
+    /// How late the generator may be.
+    pub punctuality: Punctuality,
+    /// What the run has to keep to.
+    pub thresholds: Vec<Threshold>,
+    /// Whether it ends with the first threshold that is broken.
+    pub aborts: bool,
+    /// Threads of the generator.
+    pub threads: usize,
+    /// Whether every second is told.
+    pub is_told: bool,
+}
+
+/// Why there was no run.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A plan that cannot be had.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// No server.
+    #[error(transparent)]
+    Host(#[from] HostError),
+    /// No socket.
+    #[error(transparent)]
+    Network(#[from] JoinError),
+    /// No strokes.
+    #[error(transparent)]
+    Stroke(#[from] StrokeError),
+    /// No threads.
+    #[error("the system gives no threads: {0}")]
+    Threads(std::io::Error),
+    /// Interrupted by a person.
+    #[error("interrupted")]
+    Interrupted,
+    /// The server went away.
+    #[error("nobody could come in: is the server there, is it full, and is that its code?")]
+    Nobody,
+}
+
+/// Goes through a plan.
+///
+/// # Errors
+/// [`RunError`] when it could not be gone through at all.
+pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
+    let plan = plan.checked()?;
+    let load_before = host::machine().2;
+    let spawned = match &options.against {
+        Against::Spawned(program) => Some(Host::spawn(program, plan.wheels, plan.people())?),
+        Against::Running { .. } => None,
+    };
+    if let Some(host) = &spawned {
+        eprintln!("server      {} (process {})", host.address, host.process());
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(options.threads)
+        .enable_all()
+        .build()
+        .map_err(RunError::Threads)?;
+    let result = runtime.block_on(work(plan, options, spawned.as_ref(), load_before));
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    result
+}
+
+fn strokes() -> Result<Vec<Arc<Stroke>>, StrokeError> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes");
+    let read = |name: &str| Stroke::read(folder.join(name).with_extension("csv")).map(Arc::new);
+    ["waist", "neck", "foot", "evaluation"].into_iter().map(read).collect()
+}
+
+async fn work(
+    plan: Plan,
+    options: &Options,
+    spawned: Option<&Host>,
+    load_before: String,
+) -> Result<RunResult, RunError> {
+    let (address, code) = match &options.against {
+        Against::Running { address, code } => (address.clone(), code.clone()),
+        Against::Spawned(_) => {
+            spawned.map(|host| (host.address.to_string(), host.code.clone())).ok_or(RunError::Nobody)?
+        }
+    };
+    let sockets = plan.people().div_ceil(PEOPLE_A_SOCKET).max(1);
+    let endpoints = (0..sockets).map(|_| pottery_client::endpoint()).collect::<Result<Vec<_>, _>>()?;
+    let studio = Arc::new(Studio {
+        plan,
+        address,
+        code,
+        epoch: Instant::now(),
+        punctuality: options.punctuality,
+        recorder: Recorder::default(),
+        ledger: Ledger::default(),
+        strokes: strokes()?,
+        endpoints,
+        settled: AtomicU32::new(0),
+    });
+    let (stage, told) = watch::channel(Stage::Work);
+    let mut people = JoinSet::new();
+    for number in 0..studio.plan.people() {
+        people.spawn(Person::new(&studio, number, told.clone()).live());
+    }
+    let mut watched = Watched::new(&studio, options, spawned, load_before);
+    watched.watch().await?;
+    stage.send_replace(Stage::Settle);
+    settle(&studio).await;
+    stage.send_replace(Stage::Compare);
+    let outcomes = compare(&studio, &mut people).await;
+    stage.send_replace(Stage::Leave);
+    people.abort_all();
+    while people.join_next().await.is_some() {}
+    for endpoint in &studio.endpoints {
+        endpoint.close(0_u32.into(), b"goodbye");
+    }
+    Ok(watched.judge(outcomes))
+}
+
+async fn settle(studio: &Studio) {
+    let deadline = Instant::now() + SETTLE_WITHIN;
+    while studio.settled.load(Ordering::Relaxed) < studio.plan.potters && Instant::now() < deadline {
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    // the last snapshot reaches those who settled first as well
+    tokio::time::sleep(Duration::from_millis(300)).await;
+}
+
+async fn compare(studio: &Studio, people: &mut JoinSet<Option<Outcome>>) -> Vec<Outcome> {
+    let deadline = Instant::now() + COMPARE_WITHIN + COMPARE_EACH * studio.plan.people();
+    let mut outcomes = Vec::new();
+    while let Ok(Some(ended)) = tokio::time::timeout_at(deadline, people.join_next()).await {
+        outcomes.extend(ended.ok().flatten());
+    }
+    outcomes
+}
+
+/// What is read while people work.
+struct Watched<'a> {
+    studio: &'a Arc<Studio>,
+    options: &'a Options,
+    spawned: Option<&'a Host>,
+    /// Since the beginning of the measured time.
+    total: Tally,
+    result: RunResult,
+    server_before: Option<(Usage, Told)>,
+    generator_before: Option<Usage>,
+    last: (Option<Usage>, Option<Usage>),
+}
+
+impl<'a> Watched<'a> {
+    fn new(studio: &'a Arc<Studio>, options: &'a Options, spawned: Option<&'a Host>, load_before: String) -> Self {
+        let (processor, cores, _) = host::machine();
+        let system = format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
+        let host = HostFacts { processor, cores, load_before, system, is_release: !cfg!(debug_assertions) };
+        let none = Quantiles::default();
+        let result = RunResult {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").into(),
+            protocol: pottery_shared::protocol::VERSION,
+            host,
+            plan: studio.plan.clone(),
+            verdict: Verdict::Pass,
+            said: Vec::new(),
+            measured_s: 0.0,
+            join_ms: none,
+            input_delta_ms: none,
+            input_delta_uncorrected_ms: none,
+            delta_age_ms: none,
+            correction_mm: none,
+            schedule_lag_ms: none,
+            sends: 0,
+            dropped_sends: 0,
+            held_back: 0,
+            datagrams: 0,
+            down_bytes: 0,
+            up_bytes: 0,
+            up_lost_percent: 0.0,
+            asked: 0,
+            reconnects: 0,
+            broken: 0,
+            failed_joins: 0,
+            unlike: 0,
+            compared: 0,
+            diverged: Vec::new(),
+            server: None,
+            server_cpu_percent: None,
+            server_memory_mb: None,
+            generator_cpu_percent: None,
+            generator_memory_mb: None,
+            seconds: Vec::new(),
+        };
+        let (total, last) = (Tally::default(), (None, None));
+        Self { studio, options, spawned, total, result, server_before: None, generator_before: None, last }
+    }
+
+    /// Reads every second until the time is over, or a threshold is broken and that ends the run.
+    async fn watch(&mut self) -> Result<(), RunError> {
+        let plan = &self.studio.plan;
+        let (begins_s, ends_s) = (plan.ramp_s + plan.warmup_s, plan.total_s());
+        let mut interrupted = std::pin::pin!(tokio::signal::ctrl_c());
+        let mut at_s = 0.0;
+        let mut joins = Tally::default().join_us;
+        while at_s < ends_s {
+            // a whole second, or what is left to the next border
+            let border_s = if at_s < begins_s { begins_s } else { ends_s };
+            let until_s = (at_s + 1.0).min(if border_s - at_s < 1.5 { border_s } else { f64::MAX });
+            tokio::select! {
+                () = tokio::time::sleep_until(self.studio.epoch + Duration::from_secs_f64(until_s)) => {}
+                _ = &mut interrupted => return Err(RunError::Interrupted),
+            }
+            let is_measured = at_s >= begins_s;
+            if is_measured && self.generator_before.is_none() {
+                self.generator_before = self.last.1;
+                self.server_before = self.last.0.zip(self.spawned.and_then(Host::told));
+            }
+            let tally = self.studio.recorder.take();
+            joins.add(&tally.join_us).expect("all histograms have the same bounds");
+            self.read(&tally, at_s, until_s, is_measured);
+            if is_measured {
+                self.total.add(&tally);
+                self.result.measured_s = until_s - begins_s;
+                if self.options.aborts && self.breaks() {
+                    self.result.said.push(format!("aborted after {:.0} s", self.result.measured_s));
+                    break;
+                }
+            }
+            at_s = until_s;
+        }
+        // people come before the measured time, and their joins are of interest all the same
+        self.total.join_us = joins;
+        if self.studio.plan.people() > 0 && self.total.join_us.is_empty() {
+            return Err(RunError::Nobody);
+        }
+        self.summarise();
+        Ok(())
+    }
+
+    /// Whether a threshold that can be judged already is broken.
+    fn breaks(&mut self) -> bool {
+        self.summarise();
+        let (thresholds, result) = (&self.options.thresholds, &self.result);
+        thresholds.iter().any(|threshold| threshold.value(result).is_some() && !threshold.holds(result))
+    }
+
+    fn summarise(&mut self) {
+        self.result.take_in(&self.total);
+        let measured_s = self.result.measured_s;
+        let percent = |now: Option<Usage>, before: Option<Usage>| {
+            now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / measured_s)
+        };
+        let (server, generator) = self.last;
+        self.result.server_cpu_percent = percent(server, self.server_before.as_ref().map(|(usage, _)| *usage));
+        self.result.generator_cpu_percent = percent(generator, self.generator_before);
+        self.result.server_memory_mb = server.map(|usage| usage.memory_mb);
+        self.result.generator_memory_mb = generator.map(|usage| usage.memory_mb);
+        if let (Some((_, before)), Some(now)) = (&self.server_before, self.spawned.and_then(Host::told)) {
+            self.result.server = Some(ServerFigures {
+                wake_ms: Quantiles::of(&now.wakes_since(before), 1e-3),
+                late_ticks: now.late - before.late,
+                datagrams: now.datagrams - before.datagrams,
+                dropped_datagrams: now.dropped_datagrams - before.dropped_datagrams,
+                resyncs: now.resyncs - before.resyncs,
+                refused_samples: now.refused_samples - before.refused_samples,
+            });
+        }
+    }
+
+    fn read(&mut self, tally: &Tally, at_s: f64, until_s: f64, is_measured: bool) {
+        let server = self.spawned.and_then(|host| host::usage(host.process()));
+        let generator = host::usage(std::process::id());
+        let length_s = until_s - at_s;
+        let percent = |now: Option<Usage>, before: Option<Usage>| {
+            now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / length_s)
+        };
+        let ms = |histogram: &hdrhistogram::Histogram<u64>, at| histogram.value_at_quantile(at) as f64 * 1e-3;
+        let second = Second {
+            at_s: until_s,
+            is_measured,
+            people: self.studio.recorder.people(),
+            input_delta_p50_ms: ms(&tally.input_delta_us, 0.5),
+            input_delta_p99_ms: ms(&tally.input_delta_us, 0.99),
+            delta_age_p99_ms: ms(&tally.age_us, 0.99),
+            schedule_lag_p99_ms: ms(&tally.lag_us, 0.99),
+            down_kbit_s: tally.down_bytes as f64 * 8e-3 / length_s,
+            up_kbit_s: tally.up_bytes as f64 * 8e-3 / length_s,
+            server_cpu_percent: percent(server, self.last.0),
+            server_memory_mb: server.map(|usage| usage.memory_mb),
+            generator_cpu_percent: percent(generator, self.last.1),
+            joins: tally.join_us.len(),
+        };
+        self.last = (server, generator);
+        if self.options.is_told {
+            self.tell(&second);
+        }
+        self.result.seconds.push(second);
+    }
+
+    fn tell(&self, second: &Second) {
+        if self.result.seconds.len().is_multiple_of(20) {
+            eprintln!(
+                "{:>9} {:>7} {:>9} {:>9} {:>8} {:>7} {:>9} {:>8} {:>8} {:>8}",
+                "", "people", "input p50", "p99 ms", "age p99", "lag p99", "down kb/s", "srv cpu", "srv MB", "gen cpu"
+            );
+        }
+        let percent = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.0} %"));
+        let total_s = self.studio.plan.total_s();
+        eprintln!(
+            "{:>3.0}% {:>4.0}s{} {:>6} {:>9.1} {:>9.1} {:>8.1} {:>7.1} {:>9.0} {:>8} {:>8.0} {:>8}",
+            100.0 * second.at_s / total_s,
+            second.at_s,
+            if second.is_measured { ' ' } else { '*' },
+            second.people,
+            second.input_delta_p50_ms,
+            second.input_delta_p99_ms,
+            second.delta_age_p99_ms,
+            second.schedule_lag_p99_ms,
+            second.down_kbit_s,
+            percent(second.server_cpu_percent),
+            second.server_memory_mb.unwrap_or_default(),
+            percent(second.generator_cpu_percent),
+        );
+    }
+
+    fn judge(mut self, outcomes: Vec<Outcome>) -> RunResult {
+        self.result.compared = outcomes.len() as u32;
+        self.result.diverged = diverged(self.studio.plan.people(), &outcomes);
+        let broken: Vec<_> =
+            self.options.thresholds.iter().filter(|threshold| !threshold.holds(&self.result)).collect();
+        let mut verdict = if broken.is_empty() { Verdict::Pass } else { Verdict::Breach };
+        for threshold in broken {
+            let value = threshold.value(&self.result);
+            let value = value.map_or_else(|| "not measured".into(), |value| format!("{value:.3}"));
+            self.result.said.push(format!("threshold {threshold} is broken: {value}"));
+        }
+        if !self.result.diverged.is_empty() || self.result.unlike > 0 {
+            verdict = Verdict::Diverged;
+            self.result.said.push(format!(
+                "{} of {} people do not hold the server's clay; {} messages were unlike others'",
+                self.result.diverged.len(),
+                self.studio.plan.people(),
+                self.result.unlike
+            ));
+            self.result.said.extend(self.result.diverged.first().map(|diverged| diverged.said.clone()));
+        }
+        let lag_p99 = Duration::from_micros(self.total.lag_us.value_at_quantile(0.99));
+        let fault = self.options.punctuality.fault(lag_p99, self.total.sends, self.total.dropped_sends);
+        if let Some(fault) = fault {
+            verdict = Verdict::Invalid;
+            self.result.said.insert(0, format!("this run is invalid and says nothing of the server: {fault}"));
+        }
+        self.result.verdict = verdict;
+        self.result
+    }
+}
+
+/// Everybody whose clay is not what the server told, or who could not tell.
+fn diverged(people: u32, outcomes: &[Outcome]) -> Vec<Diverged> {
+    let mut found = Vec::new();
+    let mut newest: BTreeMap<Subject, (u32, u64)> = BTreeMap::new();
+    for outcome in outcomes {
+        let known = *newest.entry(outcome.subject).or_insert((outcome.version, outcome.told));
+        let is_same = known == (outcome.version, outcome.told) && outcome.digest == outcome.told;
+        if !is_same {
+            found.push(Diverged { said: format!("{outcome:?}; others at version {} with {:x}", known.0, known.1) });
+        }
+    }
+    let there: std::collections::BTreeSet<_> = outcomes.iter().map(|outcome| outcome.number).collect();
+    let missing = (0..people).filter(|number| !there.contains(number));
+    found.extend(missing.map(|number| Diverged { said: format!("person {number} could not tell their clay") }));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clay_of_another_digest_or_nobody_at_all_is_found() {
+        let outcome = |number, digest| Outcome { number, subject: (1, None), version: 4, digest, told: 7 };
+        assert_eq!(diverged(2, &[outcome(0, 7), outcome(1, 7)]), []);
+        assert_eq!(diverged(2, &[outcome(0, 7), outcome(1, 8)]).len(), 1);
+        assert_eq!(diverged(3, &[outcome(0, 7), outcome(2, 7)])[0].said, "person 1 could not tell their clay");
+    }
+}

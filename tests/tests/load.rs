@@ -1,0 +1,205 @@
+//! The load test as it is run: against a server of its own, for a few seconds.
+//!
+//! Nothing here says how quick anything is; what is held is that the figures mean what they say, whatever the machine does.
+//! Invariant under test: a late generator makes a run invalid, a late server shows in the figures, and never the other way round.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+use pottery_tests::load::plan::Plan;
+use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
+use pottery_tests::load::soak;
+use pottery_tests::programs::{folder, program};
+
+/// On a busy machine the generator is late through no fault of its own; the tests that are about that say how late it may be.
+const PATIENT: [&str; 2] = ["--lag-max-ms", "3000"];
+
+fn load_test(arguments: &[&str]) -> Command {
+    let mut command = Command::new(program("load-test"));
+    command.args(arguments).stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    load_test(arguments).output().unwrap()
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+fn result(path: &Path) -> RunResult {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn smoke_run_ends_with_equal_clay_and_whole_figures() {
+    let folder = folder("load-smoke");
+    let (json, html) = (folder.join("run.json"), folder.join("run.html"));
+    let paths = [json.to_str().unwrap(), html.to_str().unwrap()];
+    let mut arguments = vec!["--spawn", "--scenario", "smoke", "--json", paths[0], "--html", paths[1]];
+    arguments.extend(PATIENT);
+    arguments.extend(["--threshold", "input_delta_ms:p50<60000", "--threshold", "server_late_ticks<100000"]);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let run = result(&json);
+    assert_eq!((run.schema, run.verdict, run.compared), (SCHEMA, Verdict::Pass, 8));
+    assert!(run.diverged.is_empty() && run.unlike == 0, "{:?}", run.diverged);
+    for name in ["join_ms", "input_delta_ms", "delta_age_ms", "schedule_lag_ms", "correction_mm", "server_wake_ms"] {
+        assert!(run.quantiles(name).unwrap().count > 0, "nothing was counted for {name}");
+    }
+    // what was sent cannot be older than what was due
+    assert!(run.input_delta_ms.mean >= run.input_delta_uncorrected_ms.mean);
+    assert!(run.down_bytes > run.up_bytes && run.up_bytes > 0);
+    let second = run.seconds.last().unwrap();
+    assert_eq!((second.people, second.is_measured), (8, true));
+    let page = std::fs::read_to_string(&html).unwrap();
+    assert!(page.contains("<svg") && page.contains("</html>"));
+    assert!(!page.contains("http") && !page.contains("<script"), "the page asks for something outside of it");
+}
+
+#[test]
+fn broken_threshold_has_an_exit_code_of_its_own_and_can_end_the_run() {
+    let mut arguments = vec!["--spawn", "--potters", "1", "--duration", "3000", "--warmup", "0.2", "--ramp", "0"];
+    arguments.extend(PATIENT);
+    arguments.extend(["--threshold", "input_delta_ms:p50<0.0001", "--abort-on-fail"]);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(99), "{}", told(&done));
+    let said = told(&done);
+    assert!(said.contains("threshold input_delta_ms:p50<0.0001 is broken") && said.contains("aborted after"), "{said}");
+}
+
+/// Starts a run of a few seconds, and once it is measured stops a process for a while: the server's or the generator's own.
+fn stopped(json: &Path, lag_max_ms: &str, picks_server: bool, stop: Duration) -> (Option<i32>, RunResult) {
+    let mut child =
+        load_test(&["--spawn", "--potters", "2", "--full-potters", "0", "--ramp", "0.2", "--warmup", "0.5"])
+            .args(["--duration", "4", "--lag-max-ms", lag_max_ms, "--json", json.to_str().unwrap()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap());
+    let server = read_until(&mut lines, |line| line.starts_with("server "));
+    let server = server.split("process ").nth(1).unwrap().trim_end_matches([')', '\n']).to_owned();
+    // a row without a star is measured
+    read_until(&mut lines, |line| line.contains('%') && !line.contains('*'));
+    let process = if picks_server { server } else { child.id().to_string() };
+    signal("-STOP", &process);
+    std::thread::sleep(stop);
+    signal("-CONT", &process);
+    let mut rest = String::new();
+    lines.read_to_string(&mut rest).unwrap();
+    (ended(&mut child), result(json))
+}
+
+fn ended(child: &mut Child) -> Option<i32> {
+    child.wait().unwrap().code()
+}
+
+fn read_until(lines: &mut impl BufRead, is_it: impl Fn(&str) -> bool) -> String {
+    loop {
+        let mut line = String::new();
+        assert!(lines.read_line(&mut line).unwrap() > 0, "the program ended too early");
+        if is_it(&line) {
+            return line;
+        }
+    }
+}
+
+fn signal(which: &str, process: &str) {
+    assert!(Command::new("kill").args([which, process]).status().unwrap().success());
+}
+
+#[cfg(unix)]
+#[test]
+fn server_that_stalls_shows_in_the_figures_and_not_in_the_generator() {
+    let folder = folder("load-stall");
+    let (code, run) = stopped(&folder.join("run.json"), "3000", true, Duration::from_millis(500));
+    assert_eq!((code, run.verdict), (Some(0), Verdict::Pass), "{:?}", run.said);
+    // of 400 inputs a hand, those due in the first 200 ms of the stall waited for 300 ms or more: 5 %
+    assert!(run.input_delta_ms.p99 >= 300.0, "{:?}", run.input_delta_ms);
+    assert!(run.delta_age_ms.max >= 300.0, "{:?}", run.delta_age_ms);
+}
+
+#[cfg(unix)]
+#[test]
+fn generator_that_starves_is_reported_and_not_taken_for_a_good_server() {
+    let folder = folder("load-starved");
+    let (code, run) = stopped(&folder.join("run.json"), "100", false, Duration::from_millis(1500));
+    assert_eq!((code, run.verdict), (Some(98), Verdict::Invalid), "{:?}", run.said);
+    assert!(run.said[0].contains("invalid"), "{:?}", run.said);
+    // inputs that were due in the first 500 ms were sent 1 s late or later, and say so
+    assert!(run.input_delta_ms.p99 >= 1000.0 && run.schedule_lag_ms.p99 >= 1000.0, "{:?}", run.schedule_lag_ms);
+    assert!(run.input_delta_uncorrected_ms.p50 <= run.input_delta_ms.p50);
+    assert!(run.dropped_sends > 0);
+}
+
+#[test]
+fn everybody_comes_again_after_the_network_was_away() {
+    let folder = folder("load-storm");
+    let json = folder.join("run.json");
+    let mut arguments = vec!["--spawn", "--scenario", "join-storm", "--potters", "2", "--spectators", "10"];
+    arguments.extend(["--wheels", "2", "--duration", "11", "--ramp", "0.5", "--warmup", "0.5", "--quiet"]);
+    arguments.extend(["--json", json.to_str().unwrap()]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let run = result(&json);
+    assert_eq!((run.reconnects, run.compared, run.broken), (12, 12, 0), "{:?}", run.said);
+}
+
+#[test]
+fn short_soak_holds_its_clay_and_its_memory() {
+    let mut arguments =
+        vec!["soak", "--spawn", "--potters", "2", "--spectators", "4", "--wheels", "2", "--ramp", "0.5"];
+    arguments.extend(["--warmup", "1", "--duration", "5", "--growth-max-mb", "16", "--quiet"]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    assert!(told(&done).contains("memory of the server"), "{}", told(&done));
+}
+
+#[test]
+fn soak_in_virtual_time_repeats_from_its_seed() {
+    let plan = Plan { potters: 2, ..Plan::default() };
+    let (one, other) = (soak::in_virtual_time(&plan, 4).unwrap(), soak::in_virtual_time(&plan, 4).unwrap());
+    assert!(one.is_current && one.refused == 0 && one.snapshots > 100, "{one:?}");
+    assert_eq!(one.snapshots, other.snapshots);
+}
+
+#[test]
+fn every_scenario_is_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/load");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let plan = Plan::read(path.to_str().unwrap()).unwrap().checked().unwrap();
+        assert_eq!(plan.name, path.file_stem().unwrap().to_str().unwrap());
+        assert!(plan.about.len() > 20, "{} does not say what it stands for", plan.name);
+        seen += 1;
+    }
+    assert!(seen >= 8);
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_in_a_sentence() {
+    for (arguments, said) in [
+        (&["--spawn", "--scenario", "nowhere"][..], "class-arrives"),
+        (&["--spawn", "--potters", "100000"], "potters = 100000 cannot be used"),
+        (&["--server", "192.168.1.20:4747", "--code", "K7QM-3XPD"], "--beyond-loopback"),
+        (&["--spawn", "--threshold", "input_delta<5"], "there is no figure"),
+        (&["--potters", "1"], "--spawn"),
+        (&["--spawn", "--program", "/nowhere/pottery-server"], "cannot be started"),
+    ] {
+        let done = output(arguments);
+        assert!(!done.status.success() && told(&done).contains(said), "{arguments:?}: {}", told(&done));
+    }
+    let help = told(&output(&["--help"]));
+    for word in ["Examples:", "Exit codes:", "invalid", "knee", "soak", "schedule_lag_ms"] {
+        assert!(help.contains(word), "--help does not say {word}");
+    }
+}
