@@ -4,6 +4,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,10 +13,11 @@ use std::process::Command;
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe,
-    MeshWire, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Role, Run, ShapeWire, Sight, SightName,
-    ToolWire, VERSION, Welcome, WheelWire, encode,
+    MeshWire, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight,
+    SightName, ToolWire, VERSION, Welcome, WheelWire, encode,
 };
-use pottery_shared::snapshot::{Author, Detail, Moment, Tier, Touched, Version, quantise};
+use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
+use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
 use pottery_shared::units::Tick;
 use pottery_tests::dice::Dice;
 use pottery_tests::programs::folder;
@@ -335,9 +337,82 @@ fn chains() -> Vec<Value> {
     chains
 }
 
+fn sample_value(sample: &ToolSample) -> Value {
+    let (kind, tool): (&str, Value) = match sample.tool {
+        Tool::Sphere(sphere) => ("sphere", sphere.micrometres().into()),
+        Tool::Convex(shape) => ("convex", shape.0.into()),
+    };
+    let turned = sample.tool.shape().map(|_| sample.orientation.0);
+    let (tick, centre) = (sample.tick.0, sample.centre.0);
+    json!({ "tick": tick, kind: tool, "turned": turned, "inside": sample.side == Side::Inside, "centre": centre })
+}
+
+/// Three hands, as they press for a while: a sphere that shakes, a rib that turns on the inner side and pauses, and one that
+/// comes late and starts anew elsewhere.
+fn transcripts() -> Vec<Value> {
+    let since = Tick(70_000);
+    let rib = Tool::Convex(Shape(0));
+    let hand = |client: u16, tick: u64| {
+        let (along, shake) = (tick as i32 * 7, (tick * tick % 11) as i32 - 5);
+        let (tool, side, turned) = match client {
+            2 => (rib, Side::Inside, [300 - 40 * tick as i16, i16::MIN, 9]),
+            _ => (Tool::default(), Side::Outside, [0; 3]),
+        };
+        let centre =
+            [6500 - along + shake, 10 * i32::from(client), 9000 + if client == 300 { along * along / 40 } else { 0 }];
+        ToolSample {
+            tick: since.offset(tick as i64 + 1),
+            tool,
+            orientation: Orientation(turned),
+            centre: Position(centre),
+            side,
+        }
+    };
+    let mut transcript = Transcript::default();
+    let mut last: BTreeMap<u16, ToolSample> = BTreeMap::new();
+    let mut sub_steps = Vec::new();
+    // one has come from before the snapshot
+    last.insert(1, ToolSample { tick: since, ..hand(1, 0) });
+    for tick in 0..17 {
+        let presses = |client: &u16| match client {
+            2 => tick != 6 && tick != 7,
+            300 => tick == 5 || tick > 11,
+            _ => tick < 15,
+        };
+        let told: Vec<_> = [1, 2, 300]
+            .into_iter()
+            .filter(presses)
+            .map(|client| {
+                let sample = hand(client, tick);
+                let before = last.insert(client, sample).filter(|before| sample.follows(before));
+                Pressed { client, sample, before }
+            })
+            .collect();
+        assert!(transcript.add(told.iter().copied()));
+        let value = |pressed: &Pressed| {
+            let before = pressed.before.as_ref().map(sample_value);
+            json!({ "client": pressed.client, "sample": sample_value(&pressed.sample), "before": before })
+        };
+        sub_steps.push(told.iter().map(value).collect::<Vec<_>>());
+    }
+    let bytes = transcript.encode(since);
+    assert_eq!(Transcript::decode(&bytes, since), Some(transcript));
+    let nothing = Transcript::default().encode(since);
+    vec![
+        json!({ "since": since.0, "hex": hex(&bytes), "sub_steps": sub_steps }),
+        json!({ "since": since.0, "hex": hex(&nothing), "sub_steps": [] }),
+    ]
+}
+
+fn retelling() -> Value {
+    let retelling = Retelling { since: [0x70, 0x11], told: [5, 0], digest: [0xcd, 0xab], transcript: vec![1, 0, 255] };
+    let value = json!({ "since": 0x1170, "told": 5, "digest": 0xabcd, "transcript": "0100ff" });
+    vector("retelling", &encode(&retelling), value)
+}
+
 fn vectors() -> Value {
-    let messages = [greetings(), requests(), notices(), vec![inputs()], datagrams(), keyframes()].concat();
-    json!({ "version": VERSION, "messages": messages, "chains": chains() })
+    let messages = [greetings(), requests(), notices(), vec![inputs(), retelling()], datagrams(), keyframes()].concat();
+    json!({ "version": VERSION, "messages": messages, "chains": chains(), "transcripts": transcripts() })
 }
 
 #[test]
