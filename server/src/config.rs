@@ -13,7 +13,9 @@ use pottery_shared::clay::{
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::{Metres, Rpm};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+
+use crate::Arrivals;
 
 /// Everything a server needs to know.
 #[derive(Clone, Debug)]
@@ -40,6 +42,14 @@ pub struct ServerConfig {
     pub clay: Material,
     /// A session file to be written, which must not exist yet.
     pub record: Option<PathBuf>,
+    /// The folder in which pots are kept from one start to the next; none are when absent.
+    pub data: Option<PathBuf>,
+    /// Whether wheels begin with new pots even so; those that were kept are put aside.
+    pub is_fresh: bool,
+    /// Where operators on this machine ask how the server is.
+    pub operate: Option<SocketAddr>,
+    /// How often people may knock.
+    pub arrivals: Arrivals,
 }
 
 impl ServerConfig {
@@ -66,6 +76,13 @@ impl ServerConfig {
             return Err(ConfigError::WheelSpeed { rpm, max: Wheel::RPM_MAX.0 });
         }
         Material::new(self.clay.viscosity, self.clay.strength)?;
+        if let Some(address) = self.operate.filter(|address| !address.ip().is_loopback()) {
+            return Err(ConfigError::Operate { address });
+        }
+        let Arrivals { burst, per_s, .. } = self.arrivals;
+        if burst == 0 || per_s == 0 {
+            return Err(ConfigError::Arrivals { burst, per_s });
+        }
         Ok(self)
     }
 }
@@ -85,6 +102,10 @@ impl Default for ServerConfig {
             wheel_speed: Rpm(60.0),
             clay: Material::default(),
             record: None,
+            data: None,
+            is_fresh: false,
+            operate: None,
+            arrivals: Arrivals::default(),
         }
     }
 }
@@ -152,6 +173,22 @@ pub enum ConfigError {
     /// Clay named twice.
     #[error("'clay' and 'wetness' both say what the clay is: leave one of them out")]
     ClayTwice,
+    /// A port for operators that others could reach.
+    #[error(
+        "operators are answered on this machine alone: choose a loopback address such as 127.0.0.1:4748, not {address}"
+    )]
+    Operate {
+        /// What was given.
+        address: SocketAddr,
+    },
+    /// Doors through which nobody comes.
+    #[error("with arrivals.burst = {burst} and arrivals.per_s = {per_s} nobody comes in: choose at least 1 for both")]
+    Arrivals {
+        /// What was given.
+        burst: u32,
+        /// What was given.
+        per_s: u32,
+    },
     /// A file that cannot be read.
     #[error("the configuration {path} cannot be read: {source}")]
     File {
@@ -183,7 +220,7 @@ impl From<GridError> for ConfigError {
 /// let config = toml::from_str::<pottery_server::FileConfig>(file).unwrap().into_config().unwrap();
 /// assert_eq!((config.wheels, config.pot.support.name()), (4, "hollow"));
 /// ```
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileConfig {
     listen: Option<SocketAddr>,
@@ -201,6 +238,9 @@ pub struct FileConfig {
     clay: Option<String>,
     wetness: Option<f32>,
     support: Option<String>,
+    data: Option<PathBuf>,
+    operate: Option<SocketAddr>,
+    arrivals: Option<Arrivals>,
 }
 
 impl FileConfig {
@@ -215,6 +255,43 @@ impl FileConfig {
             path: path.to_path_buf(),
             reason: error.to_string().trim_end().to_owned(),
         })
+    }
+
+    /// The file that says all of a configuration, but for a pot that was opened and a session that is recorded.
+    #[must_use]
+    pub fn of(config: &ServerConfig) -> Self {
+        let pot = &config.pot;
+        let has_measures = config.form == Form::Cylinder;
+        // to the micrometre: a millimetre made of a metre in binary has digits that nobody typed
+        let mm = |length: Metres| (length.as_mm() * 1e3).round() / 1e3;
+        Self {
+            listen: Some(config.listen),
+            code: config.code.as_ref().map(JoinCode::to_string),
+            wheels: Some(config.wheels),
+            people_max: Some(config.people_max),
+            columns: Some(pot.shape.columns()),
+            rows: Some(pot.shape.rows()),
+            height_mm: has_measures.then_some(mm(pot.height)),
+            radius_mm: has_measures.then_some(mm(pot.radius)),
+            wall_mm: Some(mm(pot.wall)),
+            form: Some(config.form.name().to_owned()),
+            method: Some(config.method.name().to_owned()),
+            wheel_rpm: Some(config.wheel_speed.0),
+            clay: None,
+            wetness: Some(config.clay.wetness().liquidity_index()),
+            support: Some(pot.support.name().to_owned()),
+            data: config.data.clone(),
+            operate: config.operate,
+            arrivals: Some(config.arrivals),
+        }
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// What the writer of TOML says.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
     }
 
     /// The defaults with this file's entries in place.
@@ -234,6 +311,9 @@ impl FileConfig {
         config.wheels = self.wheels.unwrap_or(config.wheels);
         config.people_max = self.people_max.unwrap_or(config.people_max);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);
+        config.data = self.data;
+        config.operate = self.operate;
+        config.arrivals = self.arrivals.unwrap_or(config.arrivals);
         if let Some(name) = self.form {
             config.form = Form::from_name(&name).ok_or(ConfigError::Form { name })?;
             if config.form != Form::Cylinder && (self.height_mm.is_some() || self.radius_mm.is_some()) {

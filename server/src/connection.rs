@@ -11,6 +11,7 @@ use pottery_shared::room::PeerId;
 use tokio::sync::mpsc;
 use web_transport_quinn::{RecvStream, SendStream, Session};
 
+use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::link::{Link, Outgoing};
 
@@ -20,9 +21,20 @@ const GREETING_WITHIN: Duration = Duration::from_secs(5);
 const GOODBYE_WITHIN: Duration = Duration::from_millis(800);
 
 /// Accepts connections until the endpoint closes.
-pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event>) {
+pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event>, doorkeeper: SharedDoorkeeper) {
     let mut next = 0;
     while let Some(incoming) = endpoint.accept().await {
+        let address = incoming.remote_address().ip();
+        if doorkeeper.is_doubtful(address) && incoming.may_retry() {
+            // a token proves the address, at the price of a round trip
+            drop(incoming.retry());
+            continue;
+        }
+        if !doorkeeper.may_come(address) {
+            // who means it knocks again by itself, and comes in when its turn has come
+            incoming.ignore();
+            continue;
+        }
         next += 1;
         let peer = PeerId(next);
         let events = events.clone();

@@ -9,6 +9,8 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 use pottery_shared::room::RoomCounts;
 
+use crate::store::StoreCounts;
+
 /// What a server has counted since its start.
 #[derive(Clone, Debug)]
 pub struct Figures {
@@ -26,6 +28,12 @@ pub struct Figures {
     pub datagram_bytes: u64,
     /// Datagrams that a connection could not take at once.
     pub dropped_datagrams: u64,
+    /// People who work at each wheel.
+    pub people_at: Vec<usize>,
+    /// Connections not taken, since their address knocks too often.
+    pub turned_away: u64,
+    /// What the data folder took.
+    pub store: StoreCounts,
     /// What the room counted.
     pub counts: RoomCounts,
 }
@@ -43,6 +51,9 @@ impl Default for Figures {
             datagrams: 0,
             datagram_bytes: 0,
             dropped_datagrams: 0,
+            people_at: Vec::new(),
+            turned_away: 0,
+            store: StoreCounts::default(),
             counts: RoomCounts::default(),
         }
     }

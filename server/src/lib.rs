@@ -6,16 +6,22 @@
 mod certificate;
 mod config;
 mod connection;
+mod doorkeeper;
 mod event;
 mod figures;
 mod link;
+mod opening;
+mod operation;
 pub mod recording;
 mod server;
+mod store;
 mod ticking;
 mod transport;
 
 pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
+pub use doorkeeper::Arrivals;
 pub use figures::Figures;
 pub use server::{Server, ServerError, Standing};
+pub use store::{StoreCounts, StoreError};
 pub use transport::{bind, endpoint, server_config};

@@ -4,6 +4,7 @@
 //! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames and [`KEYFRAME_BYTES_MAX`] of keyframes, or
 //! one longer than that.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -50,6 +51,11 @@ impl Link {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
         let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES_MAX));
         (Self { session, control, keyframes, dropped: AtomicU64::new(0), lost: AtomicU64::new(0) }, outgoing)
+    }
+
+    /// Where the peer is.
+    pub(crate) fn address(&self) -> IpAddr {
+        self.session.remote_address().ip()
     }
 
     /// Datagrams that could not be sent.

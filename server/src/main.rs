@@ -14,7 +14,7 @@ use pottery_shared::protocol::JoinCode;
 
 /// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
 ///
-/// Settings come from flags, then the file given with --config, then the defaults.
+/// Settings come from flags, then the environment, then the file given with --config, then the defaults.
 #[derive(Debug, Parser)]
 #[command(name = "pottery-server", version, after_help = EXAMPLES)]
 struct Flags {
@@ -25,19 +25,19 @@ struct Flags {
     #[arg(long, env = "POTTERY_CODE")]
     code: Option<JoinCode>,
     /// Number of wheels, each with its own pot
-    #[arg(long)]
+    #[arg(long, env = "POTTERY_WHEELS")]
     wheels: Option<u16>,
     /// Most people at one time [default: 64]
-    #[arg(long)]
+    #[arg(long, env = "POTTERY_PEOPLE")]
     people: Option<u16>,
     /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
-    #[arg(long, value_name = "NAME", value_parser = form)]
+    #[arg(long, value_name = "NAME", value_parser = form, env = "POTTERY_FORM")]
     form: Option<Form>,
     /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
-    #[arg(long, value_name = "NAME", value_parser = support)]
+    #[arg(long, value_name = "NAME", value_parser = support, env = "POTTERY_SUPPORT")]
     support: Option<Support>,
     /// Clay as potters name it: stiff, throwing, soft or slip [default: throwing]
-    #[arg(long, value_name = "NAME", value_parser = preset)]
+    #[arg(long, value_name = "NAME", value_parser = preset, env = "POTTERY_CLAY")]
     clay: Option<Preset>,
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs)
     #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
@@ -48,10 +48,26 @@ struct Flags {
     /// Print what the server counts as a line of JSON every so many seconds: people, ticks, how long they took, datagrams
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
     figures: Option<u64>,
+    /// Folder in which the pots are kept: written every half minute, when everybody has left a wheel and at the end, and gone on with
+    /// at the next start
+    #[arg(long, value_name = "DIR", env = "POTTERY_DATA")]
+    data: Option<PathBuf>,
+    /// Begin with new pots; those in the data folder get another name
+    #[arg(long, requires = "data")]
+    fresh: bool,
+    /// Loopback address that answers GET /livez, /readyz and /metrics
+    #[arg(long, value_name = "ADDRESS", env = "POTTERY_OPERATE")]
+    operate: Option<SocketAddr>,
+    /// How the log is written on standard error
+    #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
+    log: Log,
     /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
-    /// method, wheel_rpm, clay, wetness, support
-    #[arg(long)]
+    /// method, wheel_rpm, clay, wetness, support, data, operate, and [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback
+    #[arg(long, value_name = "FILE", env = "POTTERY_CONFIG")]
     config: Option<PathBuf>,
+    /// Print the settings as they are in the end, as such a file, and stop
+    #[arg(long)]
+    print_config: bool,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -59,7 +75,10 @@ const EXAMPLES: &str = "Examples:
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
   pottery-server --listen 127.0.0.1:5000          this machine only
   pottery-server --clay soft                      wetter clay on every wheel
-  pottery-server --record monday.session          keep what happens, for pottery-studio replay";
+  pottery-server --record monday.session          keep what happens, for pottery-studio replay
+  pottery-server --data pots                      keep the pots, and go on with them at the next start
+  pottery-server --operate 127.0.0.1:4748         answer this machine's operators
+  pottery-server --wheels 4 --print-config        a file to begin settings from";
 
 fn form(text: &str) -> Result<Form, String> {
     Form::from_name(text).ok_or_else(|| "choose cylinder, bowl, bottle or ball".into())
@@ -78,15 +97,27 @@ fn wetness(text: &str) -> Result<Wetness, String> {
     Wetness::new(index).map_err(|error| error.to_string())
 }
 
+/// How the log is written.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Log {
+    /// For people
+    Text,
+    /// A JSON object a line, for programs
+    Json,
+}
+
 #[tokio::main]
 async fn main() -> ExitCode {
-    tracing_subscriber::fmt()
-        .with_env_filter(
-            tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "pottery_server=info".into()),
-        )
-        .with_writer(std::io::stderr)
-        .init();
-    match run(Flags::parse()).await {
+    let flags = Flags::parse();
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env();
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter.unwrap_or_else(|_| "pottery_server=info".into()))
+        .with_writer(std::io::stderr);
+    match flags.log {
+        Log::Text => log.init(),
+        Log::Json => log.json().init(),
+    }
+    match run(flags).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("pottery-server: {error:#}");
@@ -110,11 +141,21 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
         config.clay = Material::from_wetness(wetness);
     }
+    config.data = flags.data.or(config.data);
+    config.is_fresh = flags.fresh;
+    config.operate = flags.operate.or(config.operate);
+    if flags.print_config {
+        print!("{}", FileConfig::of(&config.checked()?).to_toml()?);
+        return Ok(());
+    }
     // before anybody is told that it listens, and may end it
     let stopped = stop_signal()?;
     let server = Server::start(config)?;
     println!("listening on {}", server.address());
     println!("join code    {}", server.code());
+    if let Some(address) = server.operated_at() {
+        println!("operators    http://{address}/metrics");
+    }
     tokio::pin!(stopped);
     loop {
         let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));

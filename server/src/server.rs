@@ -7,17 +7,18 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use pottery_shared::clay::{Form, Pot};
+use pottery_shared::clay::Pot;
 use pottery_shared::protocol::JoinCode;
-use pottery_shared::room::{Room, RoomConfig, RoomCounts};
-use pottery_shared::snapshot::PotRecord;
+use pottery_shared::room::RoomCounts;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
+use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::recording::Recorder;
+use crate::store::StoreError;
 use crate::ticking::Ticking;
-use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, transport};
+use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, opening, operation, transport};
 
 /// Why a server does not run.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +53,17 @@ pub enum ServerError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The port for operators cannot be had.
+    #[error("operators cannot be answered at {address} ({source}): choose another port with --operate")]
+    Operate {
+        /// Where.
+        address: SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The data folder cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// The configuration makes no sense.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -88,6 +100,8 @@ pub struct Server {
     events: mpsc::Sender<Event>,
     accepting: JoinHandle<()>,
     ticking: JoinHandle<()>,
+    operating: Option<JoinHandle<()>>,
+    operated_at: Option<SocketAddr>,
 }
 
 impl Server {
@@ -113,44 +127,37 @@ impl Server {
         config: ServerConfig,
     ) -> Result<Self, ServerError> {
         let address = endpoint.local_addr().map_err(|source| ServerError::Endpoint { source })?;
-        let code = match config.code {
+        let operating = config.operate.map(operation::listen).transpose()?;
+        let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
+        let code = match config.code.clone() {
             Some(code) => code.on_server(fingerprint),
             None => fresh_code(fingerprint)?,
         };
-        let (opened, record) = (config.opened, config.record);
-        let room = RoomConfig {
-            code: code.room().to_owned(),
-            wheels: config.wheels,
-            people_max: config.people_max,
-            pot: config.pot,
-            method: config.method,
-            wheel_speed: config.wheel_speed,
-            clay: config.clay,
-        };
-        let room = match (opened, config.form) {
-            (Some(record), _) => Room::starting_from(room, &record),
-            (None, Form::Cylinder) => Room::new(room),
-            (None, form) => {
-                let pot = form.pot(room.pot).map_err(ConfigError::from)?;
-                Room::starting_from(room, &PotRecord::of(&pot))
-            }
-        };
-        let mut room = room.map_err(ConfigError::from)?;
-        let recorder = record
+        let (mut room, store) = opening::open(&config, &code)?;
+        let recorder = config
+            .record
             .map(|path| Recorder::begin(&path, &mut room).map_err(|source| ServerError::Recording { path, source }))
             .transpose()?;
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
-        let ticking = tokio::spawn(Ticking::new(room, received, recorder).run());
-        let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone()));
+        let doorkeeper = SharedDoorkeeper::new(config.arrivals);
+        let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
+        let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
+        let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
-        Ok(Self { address, code, endpoint, events, accepting, ticking })
+        Ok(Self { address, code, endpoint, events, accepting, ticking, operating, operated_at })
     }
 
     /// Where it listens.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// Where operators on this machine ask how it is.
+    #[must_use]
+    pub const fn operated_at(&self) -> Option<SocketAddr> {
+        self.operated_at
     }
 
     /// The code that lets people in.
@@ -182,6 +189,9 @@ impl Server {
     /// Tells everybody, waits until they heard it, and frees the port.
     pub async fn stop(self) {
         self.accepting.abort();
+        if let Some(operating) = &self.operating {
+            operating.abort();
+        }
         if self.events.send(Event::Stop).await.is_ok()
             && let Err(error) = self.ticking.await
         {

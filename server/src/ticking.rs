@@ -6,14 +6,17 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use pottery_files::pot_file::PotFile;
 use pottery_shared::room::{Lane, PeerId, Room};
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 
+use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::link::Link;
 use crate::recording::Recorder;
+use crate::store::Store;
 use crate::{Figures, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
@@ -38,13 +41,30 @@ pub(crate) struct Ticking {
     /// Datagrams dropped for people who have left.
     dropped: u64,
     recorder: Option<Recorder>,
+    store: Option<Store>,
+    doorkeeper: SharedDoorkeeper,
 }
 
 impl Ticking {
-    pub(crate) fn new(room: Room, events: mpsc::Receiver<Event>, recorder: Option<Recorder>) -> Self {
-        let started = Instant::now();
-        let figures = Figures::default();
-        Self { room, events, links: BTreeMap::new(), started, figures, look_at: 0, dropped: 0, recorder }
+    pub(crate) fn new(
+        room: Room,
+        events: mpsc::Receiver<Event>,
+        recorder: Option<Recorder>,
+        store: Option<Store>,
+        doorkeeper: SharedDoorkeeper,
+    ) -> Self {
+        Self {
+            room,
+            events,
+            links: BTreeMap::new(),
+            started: Instant::now(),
+            figures: Figures::default(),
+            look_at: 0,
+            dropped: 0,
+            recorder,
+            store,
+            doorkeeper,
+        }
     }
 
     /// Runs until it is told to stop or nobody can tell it anything any more.
@@ -73,6 +93,7 @@ impl Ticking {
                     self.room.close();
                     self.transmit();
                     self.end_recording().await;
+                    self.end_store().await;
                     return self.say_goodbye().await;
                 }
             }
@@ -91,11 +112,36 @@ impl Ticking {
             for (&peer, _) in self.links.iter().filter(|(_, link)| link.has_lost()) {
                 self.room.handle_loss(peer);
             }
+            self.keep_pots();
         }
         self.room.advance(Tick(due));
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
             tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
+        }
+    }
+
+    /// Looks at the next pot that is to be kept.
+    fn keep_pots(&mut self) {
+        let (room, Some(store)) = (&self.room, &mut self.store) else { return };
+        let is_left = |wheel| room.people_at(wheel) == 0;
+        store.look(self.started.elapsed(), |wheel| room.digest(wheel), is_left, |wheel| pot_file(room, wheel));
+    }
+
+    async fn end_store(&mut self) {
+        let Some(store) = self.store.take() else { return };
+        let room = &self.room;
+        for trouble in store.finish(|wheel| room.digest(wheel), |wheel| pot_file(room, wheel)).await {
+            tracing::error!("a pot is not kept: {trouble}");
+        }
+    }
+
+    /// Tells the doorkeeper who had a wrong code.
+    fn note_wrong_codes(&mut self) {
+        while let Some(peer) = self.room.poll_wrong_code() {
+            if let Some(link) = self.links.get(&peer) {
+                self.doorkeeper.note_wrong_code(link.address());
+            }
         }
     }
 
@@ -114,7 +160,10 @@ impl Ticking {
             Event::Connected(peer, link) => {
                 self.links.insert(peer, link);
             }
-            Event::Control(peer, frame) => self.room.handle_control(peer, &frame),
+            Event::Control(peer, frame) => {
+                self.room.handle_control(peer, &frame);
+                self.note_wrong_codes();
+            }
             Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),
             Event::Gone(peer) => {
                 self.dropped += self.links.remove(&peer).map_or(0, |link| link.dropped());
@@ -148,6 +197,9 @@ impl Ticking {
             ticks: self.room.now().0,
             people: self.room.people(),
             dropped_datagrams: self.dropped_datagrams(),
+            people_at: (0..self.room.wheels()).map(|wheel| self.room.people_at(wheel)).collect(),
+            turned_away: self.doorkeeper.turned_away(),
+            store: self.store.as_ref().map_or_else(Default::default, Store::counts),
             counts: self.room.counts(),
             ..self.figures.clone()
         }
@@ -189,4 +241,9 @@ impl Ticking {
             tracing::debug!("some peers did not hear the goodbye");
         }
     }
+}
+
+/// The pot of a wheel as it is kept.
+fn pot_file(room: &Room, wheel: usize) -> Option<PotFile> {
+    Some(PotFile::of(room.pot(wheel)?, room.conditions(wheel)?, room.now()))
 }

@@ -14,7 +14,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::clay::{Material, Method, MethodKind, Pot, PotError, PotSpec};
+use crate::clay::{Conditions, Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{self, Notice, Refusal, Request, Role};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::snapshot::{PotRecord, SnapshotClock};
@@ -78,6 +78,9 @@ const RESYNC_COST: i64 = 4;
 /// What a tool costs in plain requests: it is checked and told to everybody.
 const TOOL_COST: i64 = 8;
 
+/// Wrong codes that are remembered until somebody asks.
+const WRONG_CODES_MAX: usize = 256;
+
 /// What a room counts for its operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RoomCounts {
@@ -109,6 +112,8 @@ pub struct Room {
     /// The next tick to be done.
     now: Tick,
     outbox: Outbox,
+    /// Who had a wrong code; the newest, when nobody asks.
+    wrong_codes: VecDeque<PeerId>,
     counts: RoomCounts,
 }
 
@@ -118,7 +123,7 @@ impl Room {
     /// # Errors
     /// [`PotError`] when its pot cannot be made.
     pub fn new(config: RoomConfig) -> Result<Self, PotError> {
-        Self::open(config, None)
+        Self::open(config, |_| None)
     }
 
     /// Opens a room with the clay of a record on every wheel; [`RoomConfig::pot`] becomes what that was made from.
@@ -126,15 +131,27 @@ impl Room {
     /// # Errors
     /// [`PotError`] when its pot cannot be made.
     pub fn starting_from(config: RoomConfig, record: &PotRecord) -> Result<Self, PotError> {
-        Self::open(RoomConfig { pot: *record.spec(), ..config }, Some(record))
+        Self::open(RoomConfig { pot: *record.spec(), ..config }, |_| Some(record))
     }
 
-    fn open(config: RoomConfig, record: Option<&PotRecord>) -> Result<Self, PotError> {
+    /// Opens a room with a record's clay on each wheel that has one, counted from 0; all are made from [`RoomConfig::pot`].
+    ///
+    /// # Errors
+    /// [`PotError`] when that pot cannot be made.
+    ///
+    /// # Panics
+    /// When a record is of another pot.
+    pub fn going_on_with(config: RoomConfig, records: &[Option<PotRecord>]) -> Result<Self, PotError> {
+        assert!(records.iter().flatten().all(|record| *record.spec() == config.pot), "a record of another pot");
+        Self::open(config, |wheel| records.get(wheel)?.as_ref())
+    }
+
+    fn open<'a>(config: RoomConfig, record: impl Fn(usize) -> Option<&'a PotRecord>) -> Result<Self, PotError> {
         let mut benches = Vec::new();
-        for _ in 0..config.wheels {
+        for wheel in 0..usize::from(config.wheels) {
             let spec = PotSpec { keeps_volume: config.method.keeps_volume(), ..config.pot };
             let pot = Pot::new(spec)?;
-            benches.push(Bench::new(pot, record, config.method, config.wheel_speed, config.clay));
+            benches.push(Bench::new(pot, record(wheel), config.method, config.wheel_speed, config.clay));
         }
         Ok(Self {
             config,
@@ -144,6 +161,7 @@ impl Room {
             next_client: 1,
             now: Tick(0),
             outbox: VecDeque::new(),
+            wrong_codes: VecDeque::new(),
             counts: RoomCounts::default(),
         })
     }
@@ -183,6 +201,23 @@ impl Room {
         self.benches.get(wheel).map(Bench::pot)
     }
 
+    /// How a wheel turns and what its clay is made of, numbered from 0.
+    #[must_use]
+    pub fn conditions(&self, wheel: usize) -> Option<&Conditions> {
+        self.benches.get(wheel).map(Bench::conditions)
+    }
+
+    /// People who work at a wheel, numbered from 0.
+    #[must_use]
+    pub fn people_at(&self, wheel: usize) -> usize {
+        self.places.values().filter(|place| **place == wheel).count()
+    }
+
+    /// Somebody who was turned away for a wrong code since this was last asked.
+    pub fn poll_wrong_code(&mut self) -> Option<PeerId> {
+        self.wrong_codes.pop_front()
+    }
+
     /// Digest of the newest snapshot of a wheel, numbered from 0.
     #[must_use]
     pub fn digest(&self, wheel: usize) -> Option<u64> {
@@ -211,6 +246,10 @@ impl Room {
     fn let_in(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
         let hello = Peer::read_greeting(frame)?;
         if hello.code != self.config.code {
+            if self.wrong_codes.len() == WRONG_CODES_MAX {
+                self.wrong_codes.pop_front();
+            }
+            self.wrong_codes.push_back(peer);
             return Err(Refusal::Code.into());
         }
         if self.people() >= usize::from(self.config.people_max) {

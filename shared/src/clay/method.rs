@@ -123,15 +123,20 @@ impl MethodKind {
         }
     }
 
-    /// The method of a name, as people write it.
+    /// Its name, as people write it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Original => "original",
+            Self::Improved => "improved",
+            Self::Plastic => "plastic",
+        }
+    }
+
+    /// The method of a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "original" => Some(Self::Original),
-            "improved" => Some(Self::Improved),
-            "plastic" => Some(Self::Plastic),
-            _ => None,
-        }
+        [Self::Original, Self::Improved, Self::Plastic].into_iter().find(|method| method.name() == name)
     }
 
     /// The method of a number; the default one for a number that means nothing here.

@@ -167,6 +167,10 @@ impl Bench {
         &self.pot
     }
 
+    pub(super) const fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
     pub(super) fn digest(&self) -> u64 {
         self.author.digest()
     }

@@ -1,0 +1,63 @@
+//! How a room begins: with new pots, with one that was opened, or with those that were kept.
+//!
+//! Owns the choice; the room and the folder are others'.
+//! Invariant: pots that were kept are gone on with or put aside, and never written over unseen.
+
+use pottery_shared::clay::Form;
+use pottery_shared::protocol::JoinCode;
+use pottery_shared::room::{Room, RoomConfig};
+use pottery_shared::snapshot::PotRecord;
+
+use crate::store::{Store, StoreError};
+use crate::{ConfigError, ServerConfig, ServerError};
+
+/// Opens the room of a configuration, with the folder that its pots are kept in.
+///
+/// # Errors
+/// [`ServerError`] saying what is in the way.
+pub(crate) fn open(config: &ServerConfig, code: &JoinCode) -> Result<(Room, Option<Store>), ServerError> {
+    let mut room = RoomConfig {
+        code: code.room().to_owned(),
+        wheels: config.wheels,
+        people_max: config.people_max,
+        pot: config.pot,
+        method: config.method,
+        wheel_speed: config.wheel_speed,
+        clay: config.clay,
+    };
+    let record = match (&config.opened, config.form) {
+        (Some(record), _) => Some(PotRecord::clone(record)),
+        (None, Form::Cylinder) => None,
+        (None, form) => Some(PotRecord::of(&form.pot(config.pot).map_err(ConfigError::from)?)),
+    };
+    let Some(folder) = &config.data else {
+        let opened = match &record {
+            Some(record) => Room::starting_from(room, record),
+            None => Room::new(room),
+        };
+        return Ok((opened.map_err(ConfigError::from)?, None));
+    };
+    let (mut store, kept) = Store::open(folder, usize::from(config.wheels), config.is_fresh)?;
+    let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| kept.pot().clone())).collect();
+    if let Some(first) = records.iter().flatten().next() {
+        let spec = *first.spec();
+        if let Some(wheel) =
+            records.iter().position(|record| record.as_ref().is_some_and(|other| *other.spec() != spec))
+        {
+            return Err(StoreError::Unlike { wheel: wheel + 1 }.into());
+        }
+        room.pot = spec;
+        if config.opened.is_some() {
+            return Err(StoreError::Opened { path: folder.clone() }.into());
+        }
+    } else if let Some(record) = &record {
+        room.pot = *record.spec();
+    }
+    // wheels that have no pot of their own begin with what was asked for, where it is of the same make
+    for empty in records.iter_mut().filter(|kept| kept.is_none()) {
+        *empty = record.clone().filter(|record| *record.spec() == room.pot);
+    }
+    let room = Room::going_on_with(room, &records).map_err(ConfigError::from)?;
+    store.know(|wheel| room.digest(wheel));
+    Ok((room, Some(store)))
+}

@@ -1,0 +1,190 @@
+//! What an operator asks a running server: whether it lives, whether it takes people in, and what it has counted.
+//!
+//! Owns the loopback port and its pages; knows the room only through the figures that it gives.
+//! Invariant: nothing here changes anything, nobody outside this machine can ask, and no page names a person.
+
+use std::fmt::Write as _;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::TcpListener;
+use tokio::sync::{mpsc, oneshot};
+
+use crate::event::Event;
+use crate::{Figures, ServerError};
+
+/// The room answers within this, or it does not take people in.
+const READY_WITHIN: Duration = Duration::from_millis(500);
+/// Who has asked nothing by then is let go.
+const ASKS_WITHIN: Duration = Duration::from_secs(5);
+/// Upper ends of the classes of a tick's time, µs; a snapshot's period is 16,667.
+const CLASSES_US: [u64; 10] = [100, 250, 500, 1_000, 2_000, 4_000, 8_000, 16_667, 33_333, 100_000];
+
+/// Answers whoever asks, until the server ends.
+pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
+    loop {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                tracing::debug!(%error, "nobody can ask how the server is");
+                tokio::time::sleep(Duration::from_secs(1)).await;
+                continue;
+            }
+        };
+        let events = events.clone();
+        tokio::spawn(async move {
+            let answers = service_fn(|request| answer(request, events.clone()));
+            let mut http = hyper::server::conn::http1::Builder::new();
+            let served = http
+                .timer(TokioTimer::new())
+                .header_read_timeout(ASKS_WITHIN)
+                .keep_alive(false)
+                .serve_connection(TokioIo::new(stream), answers)
+                .await;
+            if let Err(error) = served {
+                tracing::debug!(%error, "a question was not heard to its end");
+            }
+        });
+    }
+}
+
+async fn answer(
+    request: Request<Incoming>,
+    events: mpsc::Sender<Event>,
+) -> Result<Response<Full<Bytes>>, std::convert::Infallible> {
+    let (status, text) = if request.method() == Method::GET {
+        match request.uri().path() {
+            "/livez" => (StatusCode::OK, "lives\n".to_owned()),
+            "/readyz" => match figures(&events).await {
+                Some(_) => (StatusCode::OK, "takes people in\n".to_owned()),
+                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+            },
+            "/metrics" => match figures(&events).await {
+                Some(figures) => (StatusCode::OK, page(&figures)),
+                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+            },
+            _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz or /metrics\n".to_owned()),
+        }
+    } else {
+        (StatusCode::METHOD_NOT_ALLOWED, "nothing can be changed here\n".to_owned())
+    };
+    let mut response = Response::new(Full::new(Bytes::from(text)));
+    *response.status_mut() = status;
+    let kind = hyper::header::HeaderValue::from_static("text/plain; version=0.0.4; charset=utf-8");
+    response.headers_mut().insert(hyper::header::CONTENT_TYPE, kind);
+    Ok(response)
+}
+
+async fn figures(events: &mpsc::Sender<Event>) -> Option<Figures> {
+    let (answer, answered) = oneshot::channel();
+    let asked = async {
+        events.send(Event::Figures(answer)).await.ok()?;
+        answered.await.ok()
+    };
+    tokio::time::timeout(READY_WITHIN, asked).await.ok()?
+}
+
+/// The figures in the text format that Prometheus reads (version 0.0.4).
+fn page(figures: &Figures) -> String {
+    let mut page = String::new();
+    let mut one = |name: &str, kind: &str, help: &str, value: u64| {
+        writeln!(page, "# HELP pottery_{name} {help}\n# TYPE pottery_{name} {kind}\npottery_{name} {value}")
+            .expect("a string takes everything");
+    };
+    let counts = &figures.counts;
+    one("ticks_total", "counter", "Milliseconds of the studio's time that were done.", figures.ticks);
+    one("late_total", "counter", "Times the tick fell behind by more than a snapshot's period.", figures.late);
+    one("people", "gauge", "People who are in, those who look on included.", figures.people as u64);
+    one("joined_total", "counter", "People let in.", counts.joined);
+    one("refused_total", "counter", "Connections refused by the room.", counts.refused);
+    one(
+        "turned_away_total",
+        "counter",
+        "Connections not taken, since their address knocks too often.",
+        figures.turned_away,
+    );
+    one("datagrams_total", "counter", "Datagrams handed to connections.", figures.datagrams);
+    one("datagram_bytes_total", "counter", "Their bytes, without UDP, IP and QUIC.", figures.datagram_bytes);
+    one("datagrams_dropped_total", "counter", "Datagrams that a connection could not take.", figures.dropped_datagrams);
+    one("repeats_total", "counter", "Requests to say again what was lost.", counts.repeats);
+    one("resyncs_total", "counter", "Requests for keyframes.", counts.resyncs);
+    one("samples_refused_total", "counter", "Samples of tools that were refused.", counts.refusals.total());
+    one("pots_written_total", "counter", "Pots written to the data folder.", figures.store.written);
+    one("pots_unwritten", "gauge", "Pots in a row that could not be written.", figures.store.failures);
+    page.push_str("# HELP pottery_wheel_people People who work at a wheel.\n# TYPE pottery_wheel_people gauge\n");
+    for (wheel, people) in (1..).zip(&figures.people_at) {
+        writeln!(page, "pottery_wheel_people{{wheel=\"{wheel}\"}} {people}").expect("a string takes everything");
+    }
+    page.push_str(
+        "# HELP pottery_wake_seconds Time of the room's work from one wake-up on, with all that is sent.\n\
+         # TYPE pottery_wake_seconds histogram\n",
+    );
+    let (mut sum_us, mut seen) = (0, 0);
+    let mut below = [0; CLASSES_US.len()];
+    for bucket in figures.wake_us.iter_recorded() {
+        let (us, count) = (bucket.value_iterated_to(), bucket.count_at_value());
+        sum_us += us * count;
+        seen += count;
+        for (below, _) in below.iter_mut().zip(CLASSES_US).filter(|(_, class)| us <= *class) {
+            *below += count;
+        }
+    }
+    for (below, class_us) in below.iter().zip(CLASSES_US) {
+        writeln!(page, "pottery_wake_seconds_bucket{{le=\"{}\"}} {below}", class_us as f64 / 1e6)
+            .expect("a string takes everything");
+    }
+    writeln!(
+        page,
+        "pottery_wake_seconds_bucket{{le=\"+Inf\"}} {seen}\npottery_wake_seconds_sum {}\npottery_wake_seconds_count {seen}",
+        sum_us as f64 * 1e-6
+    )
+    .expect("a string takes everything");
+    page
+}
+
+/// The port for it; call it within a runtime.
+///
+/// # Errors
+/// [`ServerError::Operate`] when it cannot be had.
+pub(crate) fn listen(address: SocketAddr) -> Result<TcpListener, ServerError> {
+    let bound = std::net::TcpListener::bind(address).and_then(|listener| {
+        listener.set_nonblocking(true)?;
+        TcpListener::from_std(listener)
+    });
+    bound.map_err(|source| ServerError::Operate { address, source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_adds_up_and_every_figure_says_what_it_is() {
+        let mut figures = Figures { people_at: vec![2, 0], ..Figures::default() };
+        for us in [50, 150, 900, 20_000, 3_000_000] {
+            figures.note_wake(Duration::from_micros(us));
+        }
+        let page = page(&figures);
+        for line in [
+            "pottery_wheel_people{wheel=\"1\"} 2",
+            "pottery_wheel_people{wheel=\"2\"} 0",
+            "pottery_wake_seconds_bucket{le=\"0.0001\"} 1",
+            "pottery_wake_seconds_bucket{le=\"0.001\"} 3",
+            "pottery_wake_seconds_bucket{le=\"0.033333\"} 4",
+            "pottery_wake_seconds_bucket{le=\"+Inf\"} 5",
+            "pottery_wake_seconds_count 5",
+        ] {
+            assert!(page.lines().any(|said| said == line), "{line} in {page}");
+        }
+        for line in page.lines().filter(|line| !line.starts_with('#')) {
+            let name = line.split(['{', ' ']).next().unwrap_or_default();
+            let family = ["_bucket", "_sum", "_count"].iter().find_map(|end| name.strip_suffix(end)).unwrap_or(name);
+            assert!(page.contains(&format!("# TYPE {family} ")), "{line}");
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Pots that outlast the server: a file for each wheel in a folder, written while people work and read at the next start.
+//!
+//! Owns the folder, when a pot is due and what is said when the disk does not take it; the clay is copied, never held up.
+//! Invariant: a file is replaced whole or not at all, and none is ever thrown away.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use pottery_files::pot_file::{PotFile, PotFileError};
+use tokio::sync::oneshot;
+use tokio::sync::oneshot::error::TryRecvError;
+
+/// Longest time that pressed clay is only in memory.
+const KEEP_EVERY: Duration = Duration::from_secs(30);
+
+/// Why a folder is no place for pots.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// It cannot be had.
+    #[error("the folder {path} cannot be used for pots ({source}): choose another with --data")]
+    Folder {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A pot in it cannot be opened.
+    #[error(
+        "{source}; take the file out of the folder, or begin with new pots (--fresh), which keeps it under another name"
+    )]
+    Pot {
+        /// What is in the way.
+        source: PotFileError,
+    },
+    /// Pots of different makes.
+    #[error(
+        "the pot kept for wheel {wheel} has another grid, size or wall than the first one: take it out of the folder, or begin with new pots (--fresh)"
+    )]
+    Unlike {
+        /// Which, counted from 1.
+        wheel: usize,
+    },
+    /// A pot was to be opened where others are kept.
+    #[error("{path} has pots already: leave the opened one out, or begin with new pots (--fresh)")]
+    Opened {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+/// One wheel's file.
+#[derive(Debug)]
+struct Shelf {
+    path: PathBuf,
+    /// Digest of the pot in the file.
+    kept: Option<u64>,
+    /// When it was last looked at.
+    looked_at: Duration,
+    writing: Option<oneshot::Receiver<Result<u64, String>>>,
+}
+
+/// The pots of a room on disk.
+#[derive(Debug)]
+pub(crate) struct Store {
+    shelves: Vec<Shelf>,
+    /// The wheel that is looked at next.
+    next: usize,
+    /// Pots that could not be written, in a row.
+    failures: u64,
+    written: u64,
+}
+
+/// What the store did since it was last asked, for those who watch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StoreCounts {
+    /// Pots written.
+    pub written: u64,
+    /// Pots in a row that could not be.
+    pub failures: u64,
+}
+
+/// The file of a wheel, numbered from 0.
+fn file(folder: &Path, wheel: usize) -> PathBuf {
+    folder.join(format!("wheel-{}.pot", wheel + 1))
+}
+
+/// Gives what stands at a path another name, the first that is free.
+fn put_aside(path: &Path) -> io::Result<PathBuf> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = |number: u32| path.with_file_name(format!("{stem}-before-{number}.pot"));
+    let free = (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(0));
+    fs::rename(path, &free)?;
+    Ok(free)
+}
+
+impl Store {
+    /// Opens a folder for so many wheels, and the pots that lie in it; `fresh` puts those aside.
+    ///
+    /// # Errors
+    /// [`StoreError`] saying what is in the way.
+    pub(crate) fn open(folder: &Path, wheels: usize, fresh: bool) -> Result<(Self, Vec<Option<PotFile>>), StoreError> {
+        let refused = |source| StoreError::Folder { path: folder.to_path_buf(), source };
+        fs::create_dir_all(folder).map_err(refused)?;
+        let mut pots = Vec::new();
+        let mut shelves = Vec::new();
+        for wheel in 0..wheels {
+            let path = file(folder, wheel);
+            let is_there = path.try_exists().map_err(refused)?;
+            if is_there && fresh {
+                let aside = put_aside(&path).map_err(refused)?;
+                tracing::info!(pot = %aside.display(), "an earlier pot was put aside");
+            }
+            let pot = match is_there && !fresh {
+                true => Some(PotFile::read(&path).map_err(|source| StoreError::Pot { source })?),
+                false => None,
+            };
+            shelves.push(Shelf { path, kept: None, looked_at: Duration::ZERO, writing: None });
+            pots.push(pot);
+        }
+        Ok((Self { shelves, next: 0, failures: 0, written: 0 }, pots))
+    }
+
+    /// Notes that the pots are as they are on disk, or not worth a file yet.
+    pub(crate) fn know(&mut self, digest: impl Fn(usize) -> Option<u64>) {
+        for (wheel, shelf) in self.shelves.iter_mut().enumerate() {
+            shelf.kept = digest(wheel);
+        }
+    }
+
+    /// Looks at the next wheel, and begins to write its pot when that is due: it has changed, and either half a minute went by or
+    /// everybody has left it. `take` copies the pot.
+    pub(crate) fn look(
+        &mut self,
+        now: Duration,
+        digest: impl Fn(usize) -> Option<u64>,
+        is_left: impl Fn(usize) -> bool,
+        take: impl FnOnce(usize) -> Option<PotFile>,
+    ) {
+        let wheel = self.next;
+        self.next = (wheel + 1) % self.shelves.len().max(1);
+        self.settle(wheel);
+        let Some(shelf) = self.shelves.get_mut(wheel) else { return };
+        let is_due = now >= shelf.looked_at + KEEP_EVERY || is_left(wheel);
+        if !is_due || shelf.writing.is_some() {
+            return;
+        }
+        let Some(digest) = digest(wheel).filter(|digest| shelf.kept != Some(*digest)) else {
+            shelf.looked_at = now;
+            return;
+        };
+        let Some(pot) = take(wheel) else { return };
+        shelf.looked_at = now;
+        let path = shelf.path.clone();
+        let (outcome, written) = oneshot::channel();
+        shelf.writing = Some(written);
+        tokio::task::spawn_blocking(move || {
+            // nobody waits for it when the server has ended meanwhile
+            drop(outcome.send(pot.write(&path).map(|()| digest).map_err(|error| error.to_string())));
+        });
+    }
+
+    /// Takes in what came of writing a wheel's pot, if it is through.
+    fn settle(&mut self, wheel: usize) {
+        let Some(shelf) = self.shelves.get_mut(wheel) else { return };
+        let outcome = match shelf.writing.as_mut().map(oneshot::Receiver::try_recv) {
+            None | Some(Err(TryRecvError::Empty)) => return,
+            Some(Ok(outcome)) => outcome,
+            Some(Err(TryRecvError::Closed)) => Err("the thread did not end well".into()),
+        };
+        shelf.writing = None;
+        match outcome {
+            Ok(digest) => {
+                shelf.kept = Some(digest);
+                self.written += 1;
+                if std::mem::take(&mut self.failures) > 0 {
+                    tracing::info!("pots are kept again");
+                }
+            }
+            Err(reason) => {
+                self.failures += 1;
+                if self.failures == 1 {
+                    tracing::error!("pots are not kept at the moment, and the lesson goes on: {reason}");
+                }
+            }
+        }
+    }
+
+    pub(crate) const fn counts(&self) -> StoreCounts {
+        StoreCounts { written: self.written, failures: self.failures }
+    }
+
+    /// Writes all that has changed and waits for it; the sentences of what could not be.
+    pub(crate) async fn finish(
+        mut self,
+        digest: impl Fn(usize) -> Option<u64>,
+        take: impl Fn(usize) -> Option<PotFile>,
+    ) -> Vec<String> {
+        let mut troubles = Vec::new();
+        for (wheel, shelf) in self.shelves.iter_mut().enumerate() {
+            if let Some(task) = shelf.writing.take()
+                && let Ok(Ok(digest)) = task.await
+            {
+                shelf.kept = Some(digest);
+            }
+            if digest(wheel).is_none_or(|digest| shelf.kept == Some(digest)) {
+                continue;
+            }
+            let (Some(pot), path) = (take(wheel), shelf.path.clone()) else { continue };
+            match tokio::task::spawn_blocking(move || pot.write(&path)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(error)) => troubles.push(error.to_string()),
+                Err(error) => troubles.push(error.to_string()),
+            }
+        }
+        troubles
+    }
+}

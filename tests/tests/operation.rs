@@ -1,0 +1,334 @@
+//! A server as its operator runs it: pots that outlast it, pages that are asked for, settings, logs, and who knocks too often.
+//!
+//! Real sockets and the real binary; what is measured in time is a bound that a busy machine keeps.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pottery_client::device::ScriptedDevice;
+use pottery_client::stroke::Stroke;
+use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint};
+use pottery_files::pot_file::PotFile;
+use pottery_server::{Arrivals, Server, ServerConfig, ServerError, StoreError};
+use pottery_tests::programs::{folder, program};
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn config() -> ServerConfig {
+    ServerConfig { listen: SocketAddr::from(([127, 0, 0, 1], 0)), ..ServerConfig::default() }
+}
+
+fn target(server: &Server, wheel: u16) -> Target {
+    Target { address: server.address().to_string(), code: server.code().clone(), wheel }
+}
+
+/// Presses at a wheel for a while and leaves with everything confirmed.
+async fn press(server: &Server, wheel: u16, seconds: f32) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
+    let own = endpoint().unwrap();
+    let potter = Potter::join(&own, &target(server, wheel), device, PotterOptions::default()).await.unwrap();
+    tokio::time::sleep(Duration::from_secs_f32(seconds)).await;
+    assert!(potter.settle(PATIENCE).await);
+    potter.leave().await.unwrap();
+    own.close(0_u32.into(), b"");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pots_outlast_the_server_and_are_gone_on_with_or_put_aside() {
+    let data = folder("data").join("pots");
+    let kept = ServerConfig { wheels: 2, data: Some(data.clone()), ..config() };
+    let server = Server::start(kept.clone()).unwrap();
+    press(&server, 2, 1.6).await;
+    // everybody has left: the pot is written long before half a minute has passed
+    let file = data.join("wheel-2.pot");
+    let began = Instant::now();
+    while !file.exists() {
+        assert!(began.elapsed() < PATIENCE, "the pot of a wheel that was left is not written");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    let digests = server.standing().await.unwrap().digests;
+    server.stop().await;
+    assert!(!data.join("wheel-1.pot").exists(), "what nobody touched is not worth a file");
+    let pressed = PotFile::read(&file).unwrap();
+
+    let server = Server::start(kept.clone()).unwrap();
+    let standing = server.standing().await.unwrap();
+    assert_eq!(standing.digests[0], digests[0]);
+    assert_eq!(standing.pots[1].digest(), pressed.pot().pot().digest(), "the next day goes on with it");
+    // and what happens on the next day is kept by the clean stop, without waiting
+    press(&server, 1, 1.6).await;
+    server.stop().await;
+    let first = PotFile::read(&data.join("wheel-1.pot")).unwrap();
+
+    let server = Server::start(ServerConfig { is_fresh: true, ..kept.clone() }).unwrap();
+    assert_eq!(server.standing().await.unwrap().digests, [digests[0]; 2], "new pots on both wheels");
+    server.stop().await;
+    assert_eq!(PotFile::read(&data.join("wheel-1-before-1.pot")).unwrap(), first);
+    assert_eq!(PotFile::read(&data.join("wheel-2-before-1.pot")).unwrap(), pressed);
+
+    fs::write(&file, b"no pot").unwrap();
+    let error = Server::start(kept).unwrap_err();
+    assert!(matches!(error, ServerError::Store(StoreError::Pot { .. })), "{error}");
+    assert!(error.to_string().contains("wheel-2.pot") && error.to_string().contains("--fresh"), "{error}");
+    assert_eq!(fs::read(&file).unwrap(), b"no pot", "and it is left as it was");
+    fs::remove_dir_all(data.parent().unwrap()).unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_disk_that_takes_nothing_is_said_and_the_lesson_goes_on() {
+    let data = folder("full");
+    // a folder stands where the file should
+    fs::create_dir(data.join("wheel-1.pot")).unwrap();
+    fs::write(data.join("wheel-1.pot").join("in the way"), "").unwrap();
+    let refused = Server::start(ServerConfig { data: Some(data.clone()), ..config() }).unwrap_err().to_string();
+    assert!(refused.contains("wheel-1.pot"), "{refused}");
+    fs::remove_dir_all(data.join("wheel-1.pot")).unwrap();
+
+    let operate = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
+    let server = Server::start(ServerConfig { data: Some(data.clone()), operate, ..config() }).unwrap();
+    fs::create_dir(data.join("wheel-1.pot")).unwrap();
+    press(&server, 1, 1.6).await;
+    let began = Instant::now();
+    while figure(&get(server.operated_at().unwrap(), "/metrics"), "pottery_pots_unwritten") == 0.0 {
+        assert!(began.elapsed() < PATIENCE, "nobody says that the pot is not written");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    // the lesson goes on, and so does the keeping once there is room
+    fs::remove_dir(data.join("wheel-1.pot")).unwrap();
+    press(&server, 1, 1.6).await;
+    server.stop().await;
+    assert!(PotFile::read(&data.join("wheel-1.pot")).is_ok());
+    fs::remove_dir_all(data).unwrap();
+}
+
+/// What a page says, with its head.
+fn get(address: SocketAddr, path: &str) -> String {
+    request(address, &format!("GET {path} HTTP/1.1\r\nhost: pottery\r\n\r\n"))
+}
+
+fn request(address: SocketAddr, request: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+fn figure(page: &str, name: &str) -> f64 {
+    let line = page.lines().find(|line| line.split(' ').next() == Some(name));
+    line.unwrap_or_else(|| panic!("{name} in {page}")).rsplit(' ').next().unwrap().parse().unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operators_are_answered_on_this_machine_and_nothing_else_is() {
+    let operate = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
+    let server = Server::start(ServerConfig { wheels: 3, operate, ..config() }).unwrap();
+    let address = server.operated_at().unwrap();
+    assert!(get(address, "/livez").starts_with("HTTP/1.1 200 OK"));
+    assert!(get(address, "/readyz").ends_with("takes people in\n"));
+    let own = endpoint().unwrap();
+    let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,100\n").unwrap())));
+    let potter = Potter::join(&own, &target(&server, 2), device, PotterOptions::default()).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let page = get(address, "/metrics");
+    assert_eq!(figure(&page, "pottery_people"), 1.0);
+    assert_eq!(figure(&page, "pottery_wheel_people{wheel=\"2\"}"), 1.0);
+    assert_eq!(figure(&page, "pottery_wheel_people{wheel=\"3\"}"), 0.0);
+    assert!(figure(&page, "pottery_datagrams_total") > 0.0 && figure(&page, "pottery_ticks_total") > 100.0);
+    assert!(figure(&page, "pottery_wake_seconds_count") > 10.0);
+    for (asked, answer) in [
+        ("GET /people HTTP/1.1\r\nhost: pottery\r\n\r\n", "404"),
+        ("POST /metrics HTTP/1.1\r\nhost: pottery\r\ncontent-length: 0\r\n\r\n", "405"),
+        ("nonsense\r\n\r\n", "400"),
+    ] {
+        let said = request(address, asked);
+        assert!(said.starts_with(&format!("HTTP/1.1 {answer}")), "{asked:?}: {said}");
+    }
+    potter.leave().await.unwrap();
+    server.stop().await;
+    assert!(TcpStream::connect(address).is_err(), "the port is free again");
+
+    let outside = ServerConfig { operate: Some(SocketAddr::from(([192, 0, 2, 1], 4748))), ..config() };
+    let error = Server::start(outside).unwrap_err().to_string();
+    assert!(error.contains("this machine alone") && error.contains("192.0.2.1"), "{error}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_guesses_codes_is_kept_waiting_and_the_class_works_on() {
+    let arrivals = Arrivals { burst: 20, per_s: 2, wrong_code_costs: 4, exempts_loopback: false };
+    let server = Server::start(ServerConfig { arrivals, ..config() }).unwrap();
+    let right = target(&server, 1);
+    let own = endpoint().unwrap();
+    let inside = Onlooker::join(&own, &right, 100_000).await.unwrap();
+    let mut wrong = right.clone();
+    wrong.code = "00000000".parse().unwrap();
+    // as fast as they come, for a second: each guess is five arrivals
+    let began = Instant::now();
+    let mut guesses = Vec::new();
+    while began.elapsed() < Duration::from_secs(1) {
+        for _ in 0..10 {
+            let (own, wrong) = (own.clone(), wrong.clone());
+            guesses.push(tokio::spawn(async move {
+                tokio::time::timeout(Duration::from_secs(2), Onlooker::join(&own, &wrong, 1_000)).await
+            }));
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    let made = guesses.len();
+    let mut answered = 0;
+    for guess in guesses {
+        match guess.await.unwrap() {
+            Ok(Err(JoinError::Session(_))) => answered += 1,
+            Ok(Err(_)) | Err(_) => {}
+            Ok(Ok(_)) => panic!("a wrong code lets nobody in"),
+        }
+    }
+    assert!(made >= 100 && answered <= 30, "{answered} of {made} guesses were answered");
+    let standing = server.standing().await.unwrap();
+    assert_eq!(standing.people, 1, "who was in is still in");
+    // and somebody with the right code comes in from the same address once the guessing has stopped
+    tokio::time::sleep(Duration::from_secs(6)).await;
+    let late = tokio::time::timeout(PATIENCE, Onlooker::join(&own, &right, 100_000)).await.unwrap().unwrap();
+    late.leave().await.unwrap();
+    inside.leave().await.unwrap();
+    server.stop().await;
+}
+
+fn server(arguments: &[&str], environment: &[(&str, &str)]) -> Output {
+    let mut command = Command::new(program("pottery-server"));
+    command.args(arguments).envs(environment.iter().copied()).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_printed() {
+    let out = folder("settings");
+    let file = out.join("class.toml");
+    fs::write(&file, "wheels = 4\npeople_max = 40\nclay = \"soft\"\n[arrivals]\nburst = 500\n").unwrap();
+    let path = file.to_str().unwrap();
+    let printed = |arguments: &[&str], environment: &[(&str, &str)]| {
+        let arguments = [&["--print-config", "--config", path], arguments].concat();
+        said(&server(&arguments, environment)).parse::<toml::Table>().unwrap()
+    };
+    let plain = printed(&[], &[]);
+    assert_eq!((plain["wheels"].as_integer(), plain["people_max"].as_integer()), (Some(4), Some(40)));
+    assert_eq!(plain["arrivals"]["burst"].as_integer(), Some(500));
+    assert_eq!(plain["arrivals"]["per_s"].as_integer(), Some(i64::from(Arrivals::default().per_s)));
+    assert_eq!(printed(&[], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(6));
+    assert_eq!(printed(&["--wheels", "8"], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(8));
+    // what is printed is a file of settings, and says the same when it is read
+    let again = out.join("again.toml");
+    fs::write(&again, toml::to_string(&plain).unwrap()).unwrap();
+    let read = said(&server(&["--print-config", "--config", again.to_str().unwrap()], &[]));
+    assert_eq!(read.parse::<toml::Table>().unwrap(), plain);
+
+    for (text, word) in [
+        ("wheel = 4\n", "wheel"),
+        ("[arrivals]\nbrust = 4\n", "brust"),
+        ("[arrivals]\nburst = 0\n", "burst"),
+        ("operate = \"0.0.0.0:4748\"\n", "this machine alone"),
+    ] {
+        fs::write(&file, text).unwrap();
+        let output = server(&["--config", path, "--print-config"], &[]);
+        let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && sentence.contains(word), "{text}: {sentence}");
+        assert!(!sentence.contains("panicked"), "{sentence}");
+    }
+    fs::remove_dir_all(out).unwrap();
+}
+
+/// Ends a program as an operator's system does, and waits.
+fn terminate(server: &mut Child) {
+    Command::new("kill").arg(server.id().to_string()).status().unwrap();
+    let began = Instant::now();
+    while server.try_wait().unwrap().is_none() {
+        assert!(began.elapsed() < PATIENCE, "it does not end");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(server.wait().unwrap().success());
+}
+
+#[test]
+fn a_log_for_programs_is_an_object_a_line() {
+    let mut server = Command::new(program("pottery-server"))
+        .args(["--listen", "127.0.0.1:0", "--log", "json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(server.stdout.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().starts_with("join code")));
+    terminate(&mut server);
+    let mut log = String::new();
+    server.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    let entries: Vec<serde_json::Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let says = |what: &str| entries.iter().any(|entry| entry["fields"]["message"] == what);
+    assert!(says("the studio is open") && says("the studio is closed"), "{log}");
+}
+
+/// A file of the folder that says how the server is run for others.
+fn deployed(name: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy").join(name)).unwrap()
+}
+
+#[test]
+fn what_is_deployed_uses_flags_and_settings_that_exist() {
+    let help = said(&server(&["--help"], &[]));
+    let unit = deployed("pottery-server.service");
+    let start = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    let flags: Vec<&str> = start.split(' ').filter(|word| word.starts_with("--")).collect();
+    assert!(flags.len() >= 4, "{start}");
+    let image = deployed("Containerfile");
+    let page = deployed("README.md");
+    let of_page = page.split(['`', ' ', '\n']).filter(|word| word.starts_with("--"));
+    let of_others = [
+        "--file",
+        "--tag",
+        "--rm",
+        "--publish",
+        "--volume",
+        "--env",
+        "--now",
+        "--unit",
+        "--output",
+        "--release",
+        "--package",
+    ];
+    for flag in flags.into_iter().chain(of_page).filter(|flag| !of_others.contains(flag)) {
+        assert!(help.contains(flag), "{flag} is not known to the server");
+    }
+    for variable in image.lines().filter_map(|line| line.strip_prefix("ENV ")) {
+        let name = variable.split('=').next().unwrap();
+        assert!(help.contains(name), "{name} is not known to the server");
+    }
+    // the toolchain of the image is the project's
+    let toolchain: toml::Table =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../rust-toolchain.toml"))
+            .unwrap()
+            .parse()
+            .unwrap();
+    let channel = toolchain["toolchain"]["channel"].as_str().unwrap();
+    assert!(image.contains(&format!("rust:{channel}-alpine")), "the image is built with Rust {channel}");
+    // what the system says of the unit, where it can be asked
+    let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/pottery-server.service");
+    if let Ok(checked) = Command::new("systemd-analyze").arg("verify").arg(unit).output() {
+        let trouble = String::from_utf8_lossy(&checked.stderr).into_owned();
+        // a program that is not installed here is no fault of the unit's
+        let faults =
+            trouble.lines().filter(|line| !line.contains("is not executable") && line.contains("pottery-server"));
+        assert_eq!(faults.collect::<Vec<_>>(), Vec::<&str>::new());
+    }
+}
