@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use pottery_shared::clay::{Conditions, Pot, Surface};
+use pottery_shared::protocol::{NoStep, StepsWire};
 use pottery_shared::session::{Client, RemoteTool};
 use pottery_shared::snapshot::Touched;
 use pottery_shared::tool::{ConvexTool, Shape};
@@ -39,6 +40,10 @@ pub struct View {
     pub rack: Arc<[ConvexTool]>,
     /// The number of the tool that this client brought last, or the sentence that says why it has none.
     pub brought: Option<Result<Shape, String>>,
+    /// What can be undone and redone.
+    pub steps: StepsWire,
+    /// Why the last step back or forth was none, until somebody has taken it.
+    pub no_step: Option<NoStep>,
     /// Everybody's tools on their ways, the client's own included.
     pub tools: Vec<RemoteTool>,
     /// Wheel, material and method.
@@ -70,6 +75,8 @@ impl SharedView {
             pot,
             rack: session.rack(),
             brought: None,
+            steps: *session.steps(),
+            no_step: None,
             tools: Vec::new(),
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),

@@ -43,6 +43,12 @@ pub enum Command {
     Clay(Material),
     /// Bring a tool to the wheel; the view says what came of it.
     Bring(Arc<ConvexTool>),
+    /// Undo the own newest stroke; the view says what came of it.
+    Undo,
+    /// Redo what was undone last.
+    Redo,
+    /// Put the clay on the wheel with which it began; can be undone as a stroke.
+    NewPot,
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -200,6 +206,9 @@ impl Worker {
                     Some(Command::Bring(tool)) => if let Err(error) = self.session.bring(&tool) {
                         self.view.lock().brought = Some(Err(error.to_string()));
                     },
+                    Some(Command::Undo) => self.session.undo(),
+                    Some(Command::Redo) => self.session.redo(),
+                    Some(Command::NewPot) => self.session.begin_anew(),
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
                     }
@@ -300,6 +309,8 @@ impl Worker {
                 }
                 ClientEvent::Brought(shape) => self.view.lock().brought = Some(Ok(shape)),
                 ClientEvent::NotBrought(reason) => self.view.lock().brought = Some(Err(reason.to_string())),
+                ClientEvent::Steps => self.view.lock().steps = *self.session.steps(),
+                ClientEvent::NoStep(reason) => self.view.lock().no_step = Some(reason),
                 ClientEvent::Closing => tracing::info!("the studio closes"),
             }
         }

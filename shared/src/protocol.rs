@@ -16,9 +16,9 @@ mod steps;
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
-    Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoTool, Notice,
-    PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, ToolWire, Welcome,
-    WheelWire,
+    Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
+    Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire,
+    ToolWire, Welcome, WheelWire,
 };
 pub use steps::Steps;
 
@@ -27,7 +27,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

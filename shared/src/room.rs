@@ -5,6 +5,7 @@
 
 mod audience;
 mod bench;
+mod history;
 mod journal;
 mod pieces;
 mod replay;
@@ -21,6 +22,7 @@ use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
 use audience::Audience;
 use bench::Bench;
+use history::Step;
 pub use journal::{Entry, Happening, WheelState};
 pub use replay::{Comparison, Replay, ReplayError};
 
@@ -75,6 +77,13 @@ pub enum Lane {
 /// What a keyframe costs in plain requests: it is encoded for one peer alone.
 const RESYNC_COST: i64 = 4;
 
+/// What a step back or forth costs in plain requests: clay is made again.
+const STEP_COST: i64 = 4;
+
+/// Samples pressed again in a tick for those who undid something, at all wheels together; a wheel at which people press
+/// gets twice what they press beside.
+const AGAIN_A_TICK: usize = 8;
+
 /// What a tool costs in plain requests: it is checked and told to everybody.
 const TOOL_COST: i64 = 8;
 
@@ -98,6 +107,10 @@ pub struct RoomCounts {
     pub mended_tiles: u64,
     /// Samples refused, of people who have left too.
     pub refusals: Refusals,
+    /// Samples pressed again for those who undid something.
+    pub remade: u64,
+    /// Bytes that all wheels keep to be able to.
+    pub history_bytes: usize,
 }
 
 /// Everybody and every wheel of a studio.
@@ -185,6 +198,8 @@ impl Room {
         counts.refusals.requests += self.audience.refused();
         for bench in &self.benches {
             counts.refusals.add(&bench.refusals());
+            counts.remade += bench.history().remade();
+            counts.history_bytes += bench.history().bytes();
         }
         counts
     }
@@ -306,6 +321,7 @@ impl Room {
             Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } | Request::Again { .. } => 1,
             Request::Resync { .. } | Request::Mend { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
+            Request::Undo { .. } | Request::Redo { .. } | Request::NewPot { .. } => STEP_COST,
             // for those who only look on
             Request::Watch { .. } | Request::Unwatch { .. } => 1,
         };
@@ -329,6 +345,9 @@ impl Room {
                 self.counts.mended_tiles += bench.mend(peer, have, &tiles, &mut self.outbox);
             }
             Request::Tool { mesh } => bench.bring(peer, mesh, self.now, &mut self.outbox),
+            Request::Undo { held } => bench.ask_step(peer, Step::Back, held, self.now),
+            Request::Redo { held } => bench.ask_step(peer, Step::Forth, held, self.now),
+            Request::NewPot { held } => bench.ask_step(peer, Step::Anew, held, self.now),
             Request::Watch { .. } | Request::Unwatch { .. } => {}
             Request::Leave => {
                 self.send(peer, Lane::Close);
@@ -363,8 +382,10 @@ impl Room {
     /// Does every tick up to and with `to`.
     pub fn advance(&mut self, to: Tick) {
         while self.now <= to {
+            let remaking = self.benches.iter().filter(|bench| bench.is_remaking()).count().max(1);
+            let again = AGAIN_A_TICK.div_ceil(remaking) as u32;
             for bench in &mut self.benches {
-                bench.step(self.now, &mut self.outbox, &mut self.counts.refusals);
+                bench.step(self.now, again, &mut self.outbox, &mut self.counts.refusals);
             }
             if SnapshotClock::is_due(self.now) {
                 self.audience.serve(&mut self.benches, self.now, &mut self.outbox);

@@ -17,6 +17,7 @@ mod redundancy;
 mod runs;
 mod tools;
 mod watcher;
+mod welcome;
 
 pub use allowance::Allowance;
 pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};

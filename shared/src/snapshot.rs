@@ -9,6 +9,7 @@ mod author;
 mod chain;
 mod coder;
 mod grid;
+mod kept;
 mod magnitude;
 mod models;
 mod motion;
@@ -25,6 +26,8 @@ use crate::units::Tick;
 
 pub use author::{Author, Delta};
 pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
+pub use kept::KeptClay;
+pub(crate) use kept::{lay, steps_of};
 pub use motion::Moment;
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};

@@ -13,8 +13,8 @@ use std::process::Command;
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe,
-    MeshWire, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight,
-    SightName, ToolWire, VERSION, Welcome, WheelWire, encode,
+    MeshWire, NoStep, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire,
+    Sight, SightName, StepsWire, ToolWire, VERSION, Welcome, WheelWire, encode,
 };
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -99,6 +99,9 @@ fn requests() -> Vec<Value> {
         (Request::Retell { retells: true }, json!({ "retell": true })),
         (Request::Leave, json!("leave")),
         (Request::Mend { have: 250, tiles: vec![0, 171, 255] }, json!({ "mend": { "have": 250, "tiles": "00abff" } })),
+        (Request::Undo { held: 1 << 20 }, json!({ "undo": 1 << 20 })),
+        (Request::Redo { held: 250 }, json!({ "redo": 250 })),
+        (Request::NewPot { held: 251 }, json!({ "new_pot": 251 })),
     ];
     all.iter().map(|(request, value)| vector("request", &encode(request), value.clone())).collect()
 }
@@ -137,6 +140,9 @@ fn notices() -> Vec<Value> {
         (Notice::NoTool(NoTool::Full { brought: 12 }), json!({ "no_tool": { "full": 12 } })),
         (Notice::NoTool(NoTool::Unsound), json!({ "no_tool": "unsound" })),
         (Notice::Closing, json!("closing")),
+        (Notice::Steps(StepsWire { back: 300, forth: 2, is_remaking: true }), json!({ "steps": [300, 2, true] })),
+        (Notice::NoStep(NoStep::NothingBack), json!({ "no_step": "back" })),
+        (Notice::NoStep(NoStep::NothingForth), json!({ "no_step": "forth" })),
     ];
     all.iter().map(|(notice, value)| vector("notice", &encode(notice), value.clone())).collect()
 }

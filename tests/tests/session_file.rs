@@ -323,7 +323,7 @@ fn files_of_others_are_refused_with_the_reason() {
     assert!(matches!(open(b"\x89POT\r\n\x1a\n and more of the kind"), RecordingError::NotASession));
     let mut later = bytes.clone();
     later[8] = 7;
-    assert!(matches!(open(&later), RecordingError::FromTheFuture { version: 7, newest: 1 }));
+    assert!(matches!(open(&later), RecordingError::FromTheFuture { version: 7, newest: 2 }));
     let nowhere = Playback::begin(Recording::open(Cursor::new(&bytes)).unwrap(), 2).map(drop).unwrap_err();
     assert!(matches!(nowhere, RecordingError::Wheel { wheel: 3, wheels: 2 }));
     // a block that was taken out whole

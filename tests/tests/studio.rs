@@ -300,8 +300,10 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
         display.run("xdotool", &["windowsize", "--sync", window, "500", "700"]);
         display.run("xdotool", &["windowmove", "--sync", window, x, "0"]);
     }
-    display.run("xdotool", &["windowfocus", &host_window]);
+    display.run("xdotool", &["windowfocus", &host_window, "mousemove", "250", "20"]);
     std::thread::sleep(Duration::from_secs(1));
+    let earlier = display.pixels();
+    std::thread::sleep(Duration::from_millis(1300));
     let before = display.pixels();
     // the middle of the host's pot, held for three turns of the wheel
     display.run("xdotool", &["mousemove", "250", "380"]);
@@ -311,6 +313,9 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     display.run("xdotool", &["mouseup", "1", "mousemove", "250", "20"]);
     std::thread::sleep(Duration::from_millis(1500));
     let after = display.pixels();
+    display.run("xdotool", &["windowfocus", &host_window, "key", "ctrl+z"]);
+    std::thread::sleep(Duration::from_millis(1500));
+    let undone = display.pixels();
     display.run("xdotool", &["windowfocus", &guest_window, "key", "Escape"]);
     let status = wait(&mut guest, Duration::from_secs(10));
     assert!(status.success(), "{}", text_of(guest.stderr.take().unwrap()));
@@ -319,19 +324,27 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     assert!(status.success(), "{}", text_of(host.stderr.take().unwrap()));
 
     // the guest saw the groove that the host pressed: pixels of its pot at the tool's height changed
-    let changed = |from: usize, to: usize| {
+    let changed = |now: &[u8], from: usize, to: usize| {
         let mut count = 0;
         for y in 330..430 {
             for x in from..to {
                 let at = (y * 1000 + x) * 3;
-                count += usize::from(before[at].abs_diff(after[at]) > 24);
+                count += usize::from(before[at].abs_diff(now[at]) > 24);
             }
         }
         count
     };
-    let (hosts, guests) = (changed(150, 350), changed(650, 850));
+    let (hosts, guests) = (changed(&after, 150, 350), changed(&after, 650, 850));
     assert!(hosts > 300, "{hosts} pixels of the host's pot changed");
     assert!(guests > 300, "{guests} pixels of the guest's pot changed");
+    // and that it was undone: what is left is the pot turning
+    for (from, to, pressed) in [(150, 350, hosts), (650, 850, guests)] {
+        let (turning, left) = (changed(&earlier, from, to), changed(&undone, from, to));
+        println!(
+            "{turning} pixels change as the pot turns, {pressed} when it is pressed, {left} are left after undoing"
+        );
+        assert!(left < turning * 3 / 2 + pressed / 10, "{left} of {pressed} pixels are still other, {turning} turn");
+    }
     let recorded = Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
     fs::remove_dir_all(out).unwrap();

@@ -4,6 +4,7 @@
 //! Invariant: what is read from written bytes is what was written; other bytes give some entries or nothing.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use pottery_shared::clay::{Material, Strength};
 use pottery_shared::protocol::MeshWire;
@@ -20,6 +21,7 @@ const CLAY: u8 = 4;
 const TOOL: u8 = 5;
 const PRESSED: u8 = 6;
 const SNAPSHOT: u8 = 7;
+const REPLACED: u8 = 8;
 
 /// A hand that is told of for the first time in a block, or does something else than before.
 const ANEW: u8 = 0;
@@ -70,6 +72,18 @@ pub(super) fn put_sample(out: &mut Vec<u8>, near: Tick, sample: &ToolSample) {
     }
     for along in sample.centre.0 {
         put_signed(out, along.into());
+    }
+}
+
+/// Appends a tile: each radius as what it is more than the one before.
+fn put_tile(out: &mut Vec<u8>, surface: u8, tile: u32, steps: &[u16]) {
+    out.push(surface);
+    put_number(out, tile.into());
+    put_number(out, steps.len() as u64);
+    let mut before = 0;
+    for &step in steps {
+        put_signed(out, i64::from(step) - i64::from(before));
+        before = step;
     }
 }
 
@@ -163,6 +177,13 @@ impl EntryWriter {
             Happening::Snapshot { digest } => {
                 out.push(SNAPSHOT);
                 out.extend(digest.to_le_bytes());
+            }
+            Happening::Replaced(tiles) => {
+                out.push(REPLACED);
+                put_number(out, tiles.len() as u64);
+                for (surface, tile, steps) in tiles {
+                    put_tile(out, *surface, *tile, steps);
+                }
             }
         }
     }
@@ -264,6 +285,17 @@ impl Bytes<'_> {
         Some(mesh)
     }
 
+    fn tile(&mut self) -> Option<(u8, u32, Arc<[u16]>)> {
+        let (surface, tile) = (self.u8()?, u32::try_from(self.number()?).ok()?);
+        let mut steps = Vec::new();
+        let mut step = 0_i64;
+        for _ in 0..self.count(1)? {
+            step = step.checked_add(self.signed()?)?;
+            steps.push(u16::try_from(step).ok()?);
+        }
+        Some((surface, tile, steps.into()))
+    }
+
     pub(super) fn sample(&mut self, near: Tick) -> Option<ToolSample> {
         let tick = self.tick(near)?;
         let side = match self.u8()? {
@@ -326,6 +358,11 @@ impl EntryReader<'_> {
                 Happening::Pressed((0..count).map(|_| self.hand()).collect::<Option<_>>()?)
             }
             SNAPSHOT => Happening::Snapshot { digest: u64::from_le_bytes(bytes.array()?) },
+            REPLACED => {
+                // surface, tile, and how many radii
+                let count = bytes.count(3)?;
+                Happening::Replaced((0..count).map(|_| bytes.tile()).collect::<Option<_>>()?)
+            }
             _ => return None,
         })
     }

@@ -1,4 +1,4 @@
-//! How a session file lies in bytes, version 1: the head of the file, and blocks with a head each.
+//! How a session file lies in bytes, version 2: the head of the file, and blocks with a head each.
 //!
 //! `server/SESSION-FILE.md` is the description; the numbers here are the same. Knows nothing of what is in a block.
 //! Invariant: every byte of a block is covered by one of its two checksums, which are compared before a number is used.
@@ -12,7 +12,8 @@ use pottery_shared::units::Tick;
 
 /// The first byte is no text, the rest shows a transfer that changed the ends of lines, as PNG's does.
 pub(super) const SIGNATURE: [u8; 8] = *b"\x89PSR\r\n\x1a\n";
-pub(super) const VERSION: u32 = 1;
+/// The newest version there is; version 1 has no replaced clay and is the same for the rest.
+pub(super) const VERSION: u32 = 2;
 pub(super) const FILE_HEAD_BYTES: usize = 36;
 pub(super) const BLOCK_HEAD_BYTES: usize = 36;
 pub(super) const CHECKSUM_BYTES: usize = 4;
@@ -162,7 +163,7 @@ impl FileHead {
         let rest = bytes.strip_prefix(&SIGNATURE).ok_or(FileFault::NotASession)?;
         let (version, _) = rest.split_first_chunk().ok_or(FileFault::NotASession)?;
         match u32::from_le_bytes(*version) {
-            VERSION => {}
+            1..=VERSION => {}
             version => return Err(FileFault::Version(version)),
         }
         let bytes: &[u8; FILE_HEAD_BYTES] = bytes.first_chunk().ok_or(FileFault::NotASession)?;

@@ -60,6 +60,12 @@ impl Press {
         }
     }
 
+    /// The same way where there is no clay: it presses nothing, and still shares the parts of its sub-step out.
+    #[must_use]
+    pub const fn in_air(self) -> Self {
+        Self { dt: Seconds(-1.0), ..self }
+    }
+
     /// Whether it is one that a tool on clay can make: at a place, with a share of what is there, in a material there is.
     fn is_sound(&self) -> bool {
         self.centre_m.is_finite()
@@ -119,6 +125,8 @@ impl Press {
 pub struct SubStep {
     footprints: Vec<Footprint>,
     contacts: Vec<Contact>,
+    /// Of each press of the last step, whether it met clay on any part of its way.
+    met: Vec<bool>,
     /// The parts that are pressed at once, each with the number of its press.
     parts: Vec<(usize, Press)>,
     cutter: Option<Box<Cutter>>,
@@ -140,6 +148,7 @@ impl SubStep {
         Self {
             footprints: alloc::vec![Footprint::for_grid(shape)],
             contacts: Vec::with_capacity(1),
+            met: Vec::with_capacity(1),
             parts: Vec::with_capacity(1),
             cutter: Some(Box::new(Cutter::new(rack, shape))),
             inward_m: alloc::vec![0.0; shape.elements()],
@@ -189,6 +198,8 @@ impl SubStep {
     ) -> &[Contact] {
         self.contacts.clear();
         self.contacts.resize(presses.len(), Contact::default());
+        self.met.clear();
+        self.met.resize(presses.len(), false);
         let rounds = presses.iter().map(|press| press.parts(self.cutter.as_deref())).max().unwrap_or(1);
         let mut now = core::mem::take(&mut self.parts);
         for round in 1..=rounds {
@@ -204,6 +215,12 @@ impl SubStep {
         }
         self.parts = now;
         &self.contacts
+    }
+
+    /// Of each press of the last step, in order, whether it met clay on any part of its way; its contact tells of the last part.
+    #[must_use]
+    pub fn met(&self) -> &[bool] {
+        &self.met
     }
 
     /// What `pot` opposes to a tool where a press ends, without being moved by it.
@@ -254,6 +271,7 @@ impl SubStep {
                     footprint.reset(Window::default());
                     Contact::default()
                 };
+                self.met[*of] |= contact.elements > 0 || !footprint.window().is_empty();
                 let total = &mut self.contacts[*of];
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;

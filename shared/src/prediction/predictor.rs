@@ -99,6 +99,12 @@ impl Predictor {
         self.next_sequence
     }
 
+    /// The tick of the newest sample; 0 before the first.
+    #[must_use]
+    pub fn last_tick(&self) -> Tick {
+        self.last_tick.unwrap_or_default()
+    }
+
     /// Whether a sample can be taken in: it must be later than the last one, and there must be room.
     #[must_use]
     pub fn can_take(&self, sample: &ToolSample) -> bool {

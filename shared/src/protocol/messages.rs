@@ -114,6 +114,43 @@ pub enum Request {
         /// The lowest 16 bits of every tile's digest at it, low byte first.
         tiles: Vec<u8>,
     },
+    /// Undo the client's newest stroke.
+    Undo {
+        /// The tick of its newest sample: what it pressed up to then is meant.
+        held: u64,
+    },
+    /// Redo what it undid last.
+    Redo {
+        /// The tick of its newest sample.
+        held: u64,
+    },
+    /// Put the clay on the wheel with which it began; can be undone as a stroke of the client.
+    NewPot {
+        /// The tick of its newest sample.
+        held: u64,
+    },
+}
+
+/// Why there is no step back or forth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, thiserror::Error)]
+pub enum NoStep {
+    /// None of the client's strokes can be undone.
+    #[error("there is nothing of yours to undo: a wheel remembers what was pressed in the last ten minutes")]
+    NothingBack,
+    /// None can be redone.
+    #[error("there is nothing of yours to redo: whoever presses on after an undo keeps to that")]
+    NothingForth,
+}
+
+/// What one client can undo and redo.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
+pub struct StepsWire {
+    /// Strokes that can be undone.
+    pub back: u16,
+    /// Strokes that can be redone.
+    pub forth: u16,
+    /// Whether clay is being made again, for this client or another.
+    pub is_remaking: bool,
 }
 
 /// Why a client may not come in.
@@ -277,6 +314,10 @@ pub enum Notice {
     NoTool(NoTool),
     /// The server stops.
     Closing,
+    /// What this client can undo and redo has changed.
+    Steps(StepsWire),
+    /// What this client wanted to undo or redo, it cannot.
+    NoStep(NoStep),
 }
 
 /// A tool and how it is turned.

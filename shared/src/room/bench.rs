@@ -3,17 +3,21 @@
 //! Owns the authoritative clay; who may come to it is the room's affair.
 //! Invariant: each snapshot holds exactly the samples below the numbers acknowledged with it.
 
+mod stepping;
+
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
+use self::stepping::Wish;
+use super::history::{History, Setting};
 use super::journal::{Happening, Journal, WheelState};
 use super::pieces::{WAYS_MAX, bodies, fragments};
 use super::view::View;
 use super::{Lane, Outbox, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, PotSpec, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{
-    self, Body, ClayWire, Fragment, FragmentOf, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling, ToolWire,
-    Welcome, WheelWire,
+    self, Body, ClayWire, Fragment, FragmentOf, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling, StepsWire,
+    ToolWire, Welcome, WheelWire,
 };
 use crate::session::{BROUGHT_MAX, Peer, Refusals, tool_of, with_one_more};
 use crate::snapshot::{Author, Detail, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
@@ -45,6 +49,7 @@ struct Seat {
     again_from: Option<Version>,
     /// Gone, but with samples still to be pressed.
     leaving: bool,
+    told_steps: StepsWire,
 }
 
 /// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
@@ -85,6 +90,11 @@ pub(super) struct Bench {
     acknowledged: BTreeMap<PeerId, u32>,
     presses: Vec<Press>,
     pressing: Vec<(PeerId, Pressed)>,
+    /// Samples pressed since the history had its share of time.
+    pressed_in_tick: u32,
+    history: History,
+    /// Steps through it that were asked for, in their order.
+    wishes: VecDeque<Wish>,
     /// What was pressed since the last snapshot; `None` when it was too much to tell.
     transcript: Option<Transcript>,
     /// Notices told to everybody.
@@ -111,12 +121,16 @@ impl Bench {
         let wheel = Wheel::starting_at(Tick(0), crate::clay::Phase(0), Wheel::rate_of(wheel_speed));
         // as it arrives at the clients
         let clay = Material::from(ClayWire::from(clay));
+        let conditions = Conditions { wheel, material: Schedule::new(clay), method };
         Self {
+            history: History::beginning_with(&pot, &conditions, Tick(0)),
+            wishes: VecDeque::new(),
+            pressed_in_tick: 0,
             touched: Touched::none(pot.surfaces().iter().map(Surface::shape)),
             substep: SubStep::for_grid(pot.spec().shape),
             pot,
             author,
-            conditions: Conditions { wheel, material: Schedule::new(clay), method },
+            conditions,
             untold_wheel: None,
             untold_clay: None,
             brought: Vec::new(),
@@ -185,7 +199,8 @@ impl Bench {
 
     /// Gives a new peer its place, its welcome and the clay as it is.
     pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
-        let seat = Seat { client, peer: Peer::default(), retells, again_from: None, leaving: false };
+        let (peer_state, told_steps) = (Peer::default(), StepsWire::default());
+        let seat = Seat { client, peer: peer_state, retells, again_from: None, leaving: false, told_steps };
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -236,6 +251,7 @@ impl Bench {
         let (from, rate) = (change_after(now), Wheel::rate_of(speed));
         self.conditions.wheel.schedule(from, rate);
         self.untold_wheel = Some(from);
+        self.history.set(Setting::Wheel(from, rate), &self.conditions);
         self.note(now, Happening::Wheel { from, rate });
     }
 
@@ -243,6 +259,7 @@ impl Bench {
         let (from, clay) = (change_after(now), clay.into());
         self.conditions.material.set(from, clay);
         self.untold_clay = Some(from);
+        self.history.set(Setting::Clay(from, clay), &self.conditions);
         self.note(now, Happening::Clay { from, clay });
     }
 
@@ -358,8 +375,9 @@ impl Bench {
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
 
-    /// Does one tick: every due sample, then a snapshot and a pulse if it is time.
-    pub(super) fn step(&mut self, tick: Tick, outbox: &mut Outbox, gone: &mut Refusals) {
+    /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
+    /// those who have undone some.
+    pub(super) fn step(&mut self, tick: Tick, again: u32, outbox: &mut Outbox, gone: &mut Refusals) {
         if self.seats.is_empty() {
             return;
         }
@@ -368,18 +386,26 @@ impl Bench {
                 break;
             }
         }
+        self.go_back_and_forth(tick, again, outbox);
         if tick.next().0.is_multiple_of(TELL_EVERY) {
             self.tell_settings(outbox);
         }
         if SnapshotClock::is_due(tick) {
-            let is_told = self.publish(tick);
+            let replaced = self.history.end_span(tick, &self.pot);
+            if let Some(pot) = &replaced {
+                self.replace(tick, pot);
+            }
+            self.history.note_touched(&self.touched);
+            let is_told = self.publish(tick, replaced.is_none());
+            self.history.note_snapshot(&self.pot, &self.conditions, tick);
             self.transcript.get_or_insert_default().clear();
             self.snapshot_tick = tick;
             self.note_snapshot(tick);
             self.note_acknowledged(tick, gone);
             if !is_told {
-                self.resync_retellers(outbox);
+                self.bring_clay(|retells| retells || replaced.is_some(), outbox);
             }
+            self.tell_steps(outbox);
             self.pulse(tick, outbox);
         }
     }
@@ -388,15 +414,20 @@ impl Bench {
     fn press_due(&mut self, tick: Tick) -> bool {
         self.presses.clear();
         self.pressing.clear();
+        let mut any_due = false;
         for (&peer, seat) in &mut self.seats {
             if let Some(sample) = seat.peer.take_due(tick) {
+                any_due = true;
+                if self.history.is_undone(seat.client, sample.tick) {
+                    continue;
+                }
                 let before = seat.peer.last_sample().filter(|before| sample.follows(before)).copied();
                 self.presses.push(self.conditions.press(&sample, before.as_ref()));
                 self.pressing.push((peer, Pressed { client: seat.client, sample, before }));
             }
         }
         if self.presses.is_empty() {
-            return false;
+            return any_due;
         }
         if let Some(journal) = &mut self.journal {
             let pressed = self.pressing.iter().map(|(_, pressed)| (pressed.client, pressed.sample)).collect();
@@ -406,13 +437,18 @@ impl Bench {
         let contacts = self.substep.advance(&mut self.pot, &self.presses, self.conditions.method, |surface, window| {
             touched.add_window(surface, window);
         });
-        let mut any_touches = false;
         for ((peer, pressed), contact) in self.pressing.iter().zip(contacts) {
-            any_touches |= contact.elements > 0;
             if let Some(seat) = self.seats.get_mut(peer) {
                 seat.peer.note_tool(pressed.sample, contact.elements > 0);
             }
         }
+        let any_touches = self.substep.met().contains(&true);
+        if any_touches {
+            let pressed = self.pressing.iter().map(|(_, pressed)| *pressed);
+            let mut sub_step: Vec<_> = pressed.zip(self.substep.met().iter().copied()).collect();
+            self.history.note(&mut sub_step);
+        }
+        self.pressed_in_tick += self.pressing.len() as u32;
         let told = self.pressing.iter().map(|(_, pressed)| *pressed);
         if any_touches && self.transcript.as_mut().is_some_and(|transcript| !transcript.add(told)) {
             self.transcript = None;
@@ -445,11 +481,12 @@ impl Bench {
         self.acknowledged.extend(self.seats.iter().map(|(&peer, seat)| (peer, seat.peer.inputs().acknowledged())));
     }
 
-    /// Takes a snapshot and keeps what leads to it, as far as anybody needs it; false when it was too much to tell.
-    fn publish(&mut self, tick: Tick) -> bool {
+    /// Takes a snapshot and keeps what leads to it, as far as anybody needs it and it may be told; false when it was too much
+    /// to tell.
+    fn publish(&mut self, tick: Tick, may_tell: bool) -> bool {
         let now = Moment { tick, phase: self.conditions.phase(tick) };
         let needs = |retells: bool| self.present().any(|(_, seat)| seat.retells == retells);
-        let (needs_delta, needs_transcript) = (needs(false), needs(true));
+        let (needs_delta, needs_transcript) = (may_tell && needs(false), needs(true));
         let (version, delta) = if needs_delta {
             let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) else { return true };
             (delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes))
@@ -467,19 +504,12 @@ impl Bench {
             })
         });
         let transcript = retelling.map_or_else(Vec::new, |bytes| fragments(version, FragmentOf::Transcript, &bytes));
-        let is_told = !needs_transcript || !transcript.is_empty();
+        let is_told = may_tell && (!needs_transcript || !transcript.is_empty());
         if self.ways.len() == WAYS_MAX {
             self.ways.pop_front();
         }
         self.ways.push_back(Way { version, delta, transcript });
         is_told
-    }
-
-    /// Brings the clay to those who press again what was pressed, when that was too much to tell.
-    fn resync_retellers(&self, outbox: &mut Outbox) {
-        for (&peer, _) in self.present().filter(|(_, seat)| seat.retells) {
-            self.resync(peer, self.author.latest().0.saturating_sub(1), outbox);
-        }
     }
 
     fn shown_tools(&self, tick: Tick) -> impl Iterator<Item = ToolWire> {

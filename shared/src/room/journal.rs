@@ -6,6 +6,7 @@
 
 use alloc::boxed::Box;
 use alloc::collections::VecDeque;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::clay::{Conditions, Material};
@@ -65,7 +66,10 @@ pub enum Happening {
     },
     /// Samples were pressed, all in one sub-step: whose, and which.
     Pressed(Vec<(u16, ToolSample)>),
-    /// A snapshot was taken after something had been pressed.
+    /// Other clay came in the place of what there was, since strokes were undone or redone: in each of these tiles of a surface, the
+    /// radii, `[columns][rows]`, in quantum steps.
+    Replaced(Vec<(u8, u32, Arc<[u16]>)>),
+    /// A snapshot was taken after something had been pressed or replaced.
     Snapshot {
         /// Digest of the clay.
         digest: u64,
@@ -89,7 +93,7 @@ pub(super) struct Journal {
     entries: VecDeque<(Tick, Happening)>,
     /// When the state was told last.
     state_at: Tick,
-    /// Whether anything was pressed since the last snapshot.
+    /// Whether anything was pressed or replaced since the last snapshot.
     is_pressed: bool,
     /// Whether a snapshot was told since the state.
     is_changed: bool,
@@ -107,7 +111,7 @@ impl Journal {
     }
 
     pub(super) fn note(&mut self, tick: Tick, what: Happening) {
-        self.is_pressed |= matches!(what, Happening::Pressed(_));
+        self.is_pressed |= matches!(what, Happening::Pressed(_) | Happening::Replaced(_));
         self.entries.push_back((tick, what));
     }
 

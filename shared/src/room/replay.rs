@@ -4,13 +4,14 @@
 //! Invariant: after an entry the clay is what the room's was, or the first snapshot that came out otherwise is known.
 
 use alloc::collections::BTreeMap;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::journal::{Happening, WheelState};
 use crate::clay::{Conditions, Pot, Press, SubStep, Surface};
 use crate::protocol::MeshWire;
 use crate::session::{BROUGHT_MAX, BringError, tool_of, with_one_more};
-use crate::snapshot::{Author, Moment, Touched};
+use crate::snapshot::{Author, Moment, TileLayout, Touched, lay};
 use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
@@ -40,6 +41,16 @@ pub enum ReplayError {
         shape: u8,
         /// How many there are.
         tools: usize,
+    },
+    /// Clay where the pot has none.
+    #[error("it replaces tile {tile} of surface {surface} by {radii} radii, which this pot does not have there")]
+    Tile {
+        /// Number of the surface.
+        surface: u8,
+        /// Number of the tile.
+        tile: u32,
+        /// How many radii it has.
+        radii: usize,
     },
     /// Time that runs backwards.
     #[error("it goes from tick {before} back to tick {after}")]
@@ -124,6 +135,7 @@ impl Replay {
             Happening::Clay { from, clay } => self.conditions.material.set(*from, *clay),
             Happening::Tool { shape, mesh } => self.hang(*shape, mesh)?,
             Happening::Pressed(pressed) => self.press(pressed)?,
+            Happening::Replaced(tiles) => self.replace(tiles)?,
             Happening::Snapshot { digest } => self.snapshot(tick, *digest),
         }
         self.tick = tick;
@@ -169,6 +181,27 @@ impl Replay {
         self.substep.advance(&mut self.pot, &self.presses, self.conditions.method, |surface, window| {
             touched.add_window(surface, window);
         });
+        Ok(())
+    }
+
+    fn replace(&mut self, tiles: &[(u8, u32, Arc<[u16]>)]) -> Result<(), ReplayError> {
+        let window_of = |&(number, tile, ref steps): &(u8, u32, Arc<[u16]>)| {
+            let layout = TileLayout::new(self.pot.surfaces().get(usize::from(number))?.shape());
+            let window = (tile < layout.tiles()).then(|| layout.window(tile))?;
+            (steps.len() == (window.columns * window.rows) as usize).then_some(window)
+        };
+        // all or none
+        let windows: Vec<_> = tiles.iter().map(window_of).collect();
+        for (&(surface, tile, ref steps), window) in tiles.iter().zip(&windows) {
+            if window.is_none() {
+                return Err(ReplayError::Tile { surface, tile, radii: steps.len() });
+            }
+        }
+        for (&(surface, tile, ref steps), window) in tiles.iter().zip(windows) {
+            let Some(window) = window else { continue };
+            lay(&mut self.pot.surfaces_mut()[usize::from(surface)], window, steps);
+            self.touched.add(usize::from(surface), tile);
+        }
         Ok(())
     }
 

@@ -14,18 +14,16 @@ use super::effort::Effort;
 use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
+use super::welcome::{conditions_of, pot_of, remote_tool};
 use super::{BringError, mesh_of, runs, tool_of, with_one_more};
-use crate::clay::{
-    Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, SubStep, Support, Wheel,
-};
+use crate::clay::{Conditions, Pot, SubStep};
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{
-    self, Greeting, Hello, Keyframe, MeshWire, NoTool, Notice, PotWire, Pulse, Refusal, Request, Role, ToolWire,
-    Welcome, WheelWire,
+    self, Greeting, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice, Pulse, Refusal, Request, Role, StepsWire,
 };
 use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
-use crate::units::{Metres, Tick};
+use crate::units::Tick;
 
 /// Why a session cannot go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,6 +60,10 @@ pub enum ClientEvent {
     Brought(Shape),
     /// The tool that this client brought does not.
     NotBrought(NoTool),
+    /// What can be undone and redone has changed.
+    Steps,
+    /// What was to be undone or redone cannot be.
+    NoStep(NoStep),
     /// The server stops.
     Closing,
 }
@@ -93,6 +95,7 @@ pub struct Client {
     assembly: Assembly,
     tools: Vec<RemoteTool>,
     tools_tick: Tick,
+    steps: StepsWire,
     /// Tiles in which the replica changed since the last rebase.
     news: Touched,
     /// The tick of the replica's clay, when prediction does not stand on it yet.
@@ -197,6 +200,7 @@ impl Client {
             assembly: Assembly::default(),
             tools: Vec::new(),
             tools_tick: Tick(0),
+            steps: StepsWire::default(),
             news: changed.clone(),
             confirmed: None,
             changed,
@@ -385,6 +389,11 @@ impl Client {
                 self.brought = None;
                 self.events.push_back(ClientEvent::NotBrought(reason));
             }
+            Notice::Steps(steps) => {
+                self.steps = steps;
+                self.events.push_back(ClientEvent::Steps);
+            }
+            Notice::NoStep(reason) => self.events.push_back(ClientEvent::NoStep(reason)),
             Notice::Closing => self.events.push_back(ClientEvent::Closing),
             Notice::Refused(refusal) => return Err(refusal.into()),
             Notice::Welcome(_) | Notice::Audience(_) => {
@@ -424,6 +433,31 @@ impl Client {
         self.brought = Some(mesh.clone());
         self.request(&Request::Tool { mesh });
         Ok(())
+    }
+
+    /// What can be undone and redone, as last heard of.
+    #[must_use]
+    pub const fn steps(&self) -> &StepsWire {
+        &self.steps
+    }
+
+    /// Asks for the newest own stroke to be undone, with all that was pressed of it so far; [`ClientEvent::Steps`] or
+    /// [`ClientEvent::NoStep`] answers.
+    pub fn undo(&mut self) {
+        let held = self.predictor.last_tick().0;
+        self.request(&Request::Undo { held });
+    }
+
+    /// Asks for what was undone last to be redone.
+    pub fn redo(&mut self) {
+        let held = self.predictor.last_tick().0;
+        self.request(&Request::Redo { held });
+    }
+
+    /// Asks for the clay with which the wheel began, for everybody; it can be undone as a stroke.
+    pub fn begin_anew(&mut self) {
+        let held = self.predictor.last_tick().0;
+        self.request(&Request::NewPot { held });
     }
 
     /// Takes in a datagram; false when it made no sense and was dropped.
@@ -643,42 +677,4 @@ impl Client {
         }
         Some(protocol::encode(&inputs))
     }
-}
-
-/// The untouched pot that a message describes.
-pub(super) fn pot_of(pot: &PotWire, method: u8) -> Result<Pot, crate::clay::PotError> {
-    Pot::new(PotSpec {
-        shape: GridShape::new(pot.columns, pot.rows)?,
-        height: Metres(pot.height_m),
-        radius: Metres(pot.radius_m),
-        wall: Metres(pot.wall_m),
-        keeps_volume: MethodKind::from_number(method).keeps_volume(),
-        support: Support::from_number(pot.support),
-    })
-}
-
-fn conditions_of(welcome: &Welcome) -> Conditions {
-    let mut conditions = Conditions { method: MethodKind::from_number(welcome.method), ..Conditions::default() };
-    let mut segments = welcome.wheel.iter();
-    if let Some(WheelWire { from, phase, rate }) = segments.next() {
-        conditions.wheel = Wheel::starting_at(Tick(*from), Phase(*phase), *rate);
-    }
-    for segment in segments {
-        conditions.wheel.schedule(Tick(segment.from), segment.rate);
-    }
-    let mut entries = welcome.clay.iter().map(|&(from, clay)| (Tick(from), Material::from(clay)));
-    if let Some((_, material)) = entries.next() {
-        conditions.material = Schedule::new(material);
-    }
-    for (from, material) in entries {
-        conditions.material.set(from, material);
-    }
-    conditions
-}
-
-pub(super) fn remote_tool(tool: &ToolWire) -> Option<RemoteTool> {
-    let ToolWire { client, touching, .. } = *tool;
-    let centre = Position(tool.centre);
-    let (tool, orientation) = runs::tool_of(tool.tool)?;
-    centre.is_within_reach().then_some(RemoteTool { client, tool, orientation, centre, touching })
 }

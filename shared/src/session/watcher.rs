@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::assembly::{Assembly, Step, Traveller};
-use super::client::{pot_of, remote_tool};
+use super::welcome::{pot_of, remote_tool};
 use super::{ClientError, RemoteTool};
 use crate::clay::{Phase, Pot, PotSpec, Surface, Wheel};
 use crate::protocol::{self, Body, Greeting, Hello, Keyframe, Notice, Request, Role, Sight, SightName};

@@ -66,6 +66,20 @@ impl Transcript {
         starts.zip(&self.ends).map(|(start, &end)| &self.pressed[start..end])
     }
 
+    /// One of its sub-steps, and how many samples come before it.
+    #[must_use]
+    pub fn sub_step(&self, number: usize) -> Option<(usize, &[Pressed])> {
+        let end = *self.ends.get(number)?;
+        let start = number.checked_sub(1).map_or(0, |before| self.ends[before]);
+        Some((start, &self.pressed[start..end]))
+    }
+
+    /// How many samples are in it.
+    #[must_use]
+    pub fn pressed(&self) -> usize {
+        self.pressed.len()
+    }
+
     /// Its bytes; `since` is the tick of the snapshot before.
     #[must_use]
     pub fn encode(&self, since: Tick) -> Vec<u8> {

@@ -92,6 +92,15 @@ pub(super) fn faults(method: MethodKind) -> f64 {
 
 /// Largest change of force within 20 ms, over 7 % of it or 0.1 N, when the clay under the tool is suddenly 0.5 mm lower.
 pub(super) fn correction(method: MethodKind) -> f64 {
+    corrected(method, -0.5e-3)
+}
+
+/// The same when it is 2 mm higher: somebody has undone what they pressed there.
+pub(super) fn undoing(method: MethodKind) -> f64 {
+    corrected(method, 2e-3)
+}
+
+fn corrected(method: MethodKind, by_m: f32) -> f64 {
     let scene = Scene::of(method);
     let mut bench = Bench::new(&scene);
     // long enough for the clay to have given way
@@ -103,7 +112,7 @@ pub(super) fn correction(method: MethodKind) -> f64 {
     for column in 0..surface.shape().columns() {
         for row in 0..surface.shape().rows() {
             let radius_m = surface.column_m(column)[row as usize];
-            surface.set_radius(column, row, radius_m - 0.5e-3);
+            surface.set_radius(column, row, radius_m + by_m);
         }
     }
     let mut forces_n = Vec::new();

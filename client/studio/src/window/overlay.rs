@@ -77,6 +77,11 @@ impl Overlay {
         self.context.has_requested_repaint()
     }
 
+    /// Whether something is being typed into it.
+    pub(super) fn has_keyboard(&self) -> bool {
+        self.context.egui_wants_keyboard_input()
+    }
+
     /// Whether the pointer is the panel's.
     pub(super) fn has_pointer(&self) -> bool {
         self.context.egui_wants_pointer_input()
