@@ -91,4 +91,18 @@ fn every_message_is_said_and_every_one_that_is_said_exists() {
         }
     }
     assert!(said > 30, "{said}");
+    // names in tables: whatever begins as messages do, in the window's own code
+    let beginning = |name: &str| name.split_once('-').map(|(first, _)| first.to_owned());
+    let known: BTreeSet<_> = english.keys().filter_map(|name| beginning(name)).collect();
+    let mut window = Vec::new();
+    sources(&studio().join("window"), &mut window);
+    for text in &window {
+        let text = text.split("#[cfg(test)]").next().unwrap();
+        for literal in text.split('"').skip(1).step_by(2) {
+            let is_name = literal.chars().all(|sign| sign.is_ascii_lowercase() || sign == '-');
+            if is_name && !literal.ends_with('-') && beginning(literal).is_some_and(|first| known.contains(&first)) {
+                assert!(english.contains_key(literal), "{literal} has no message");
+            }
+        }
+    }
 }

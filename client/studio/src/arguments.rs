@@ -7,12 +7,12 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::device::DeviceChoice;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_client::{Claim, Core, LoopRate, Target};
+use pottery_client::{Claim, Core, Link, LoopRate, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
@@ -211,14 +211,14 @@ struct HostFlags {
 
 #[derive(Args, Clone, Debug)]
 struct JoinFlags {
-    /// Host and port of the studio; the port is 4747 when left out
+    /// Host and port of the studio, the port is 4747 when left out; or the whole link, pottery://…
     address: String,
-    /// The join code that the host shows
+    /// The join code that the host shows; a link has it already
     #[arg(long)]
-    code: JoinCode,
-    /// Which wheel to work at
-    #[arg(long, default_value_t = 1)]
-    wheel: u16,
+    code: Option<JoinCode>,
+    /// Which wheel to work at, from 1 on [default: 1, or the link's]
+    #[arg(long)]
+    wheel: Option<u16>,
     /// Record the own stroke to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -439,6 +439,22 @@ fn wetness(text: &str) -> Result<Wetness, String> {
     Wetness::new(index).map_err(|error| error.to_string())
 }
 
+impl JoinFlags {
+    /// Where to, from the link or from what was typed one by one.
+    fn target(&self) -> anyhow::Result<Target> {
+        let target = if Link::is_meant(&self.address) {
+            ensure!(self.code.is_none(), "the link has its code already: leave --code out");
+            self.address.parse::<Link>()?.0
+        } else {
+            let code = self.code.clone();
+            let code =
+                code.context("the studio's code is missing: give --code and what the host shows, or the whole link")?;
+            Target { address: self.address.clone(), code, wheel: 1 }
+        };
+        Ok(Target { wheel: self.wheel.unwrap_or(target.wheel), ..target })
+    }
+}
+
 /// The strokes that potters replay when they are given no others: the paper's evaluation stroke first.
 const STROKES: [(&str, &str); 5] = [
     ("evaluation.csv", include_str!("../../../tests/data/strokes/evaluation.csv")),
@@ -453,8 +469,7 @@ impl Arguments {
         let flags = match &self.command {
             Some(Command::Join(join)) => {
                 check_writable(join.record.as_ref())?;
-                let target = Target { address: join.address.clone(), code: join.code.clone(), wheel: join.wheel };
-                return window(Place::Joined(target), None, &join.hold, &join.tool, join.record.as_ref());
+                return window(Place::Joined(join.target()?), None, &join.hold, &join.tool, join.record.as_ref());
             }
             Some(Command::Export(flags)) => {
                 return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));

@@ -88,7 +88,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         (Place::Hosted(_), None) => unreachable!("a hosted place has its studio"),
     };
     if let Some(invitation) = &invitation {
-        println!("{}", invitation.command());
+        println!("others join with:  {}", invitation.command());
     } else if target.code.print().is_none() {
         println!("note: this short code does not say which server it belongs to; the long one is safer");
     }

@@ -4,40 +4,22 @@
 //! Invariant: every control that is shown has an effect.
 
 mod clay;
+mod invitation;
 mod keys;
 mod liking;
 mod tool;
 
-use std::net::SocketAddr;
-
 use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::Wetness;
-use pottery_shared::protocol::JoinCode;
 use pottery_shared::tool::Side;
+
+pub(super) use invitation::Invitation;
 
 use super::files::Files;
 use super::holding::Holding;
 use super::lesson::Lesson;
 use crate::preferences::{Preferences, Theme};
 use crate::words::Words;
-
-/// What others type to join.
-#[derive(Clone, Debug)]
-pub(super) struct Invitation {
-    address: String,
-    code: String,
-}
-
-impl Invitation {
-    pub(super) fn new(address: SocketAddr, code: &JoinCode) -> Self {
-        Self { address: address.to_string(), code: code.to_string() }
-    }
-
-    /// The command for another machine.
-    pub(super) fn command(&self) -> String {
-        format!("others join with:  pottery-studio join {} --code {}", self.address, self.code)
-    }
-}
 
 /// Somebody at the wheel.
 #[derive(Clone, Debug)]
@@ -104,8 +86,8 @@ const WINDOW_OPEN: f32 = 720.0;
 pub(super) const RPM_MAX: f32 = 300.0;
 pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetness::WETTEST.liquidity_index());
 /// How fast potters turn a wheel for what they do, rpm: fastest to centre, slower as the wall gets thin.
-const SPEEDS: [(&str, f32); 5] =
-    [("wheel-stop", 0.0), ("wheel-centre", 200.0), ("wheel-open", 140.0), ("wheel-pull", 80.0), ("wheel-trim", 120.0)];
+const SPEEDS: [(&str, f32); 4] =
+    [("wheel-centre", 200.0), ("wheel-open", 140.0), ("wheel-pull", 80.0), ("wheel-trim", 120.0)];
 
 /// The colour of a linear RGB triple.
 fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
@@ -168,7 +150,7 @@ pub(super) fn show(
 
 fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&Invitation>, files: &mut Files) {
     if let Some(invitation) = invitation {
-        show_invitation(ui, &state.words, invitation);
+        invitation.show(ui, &state.words);
         ui.separator();
     }
     ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text(state.words.say("wheel-rpm")).integer());
@@ -196,17 +178,6 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     }
     ui.separator();
     liking::show(ui, state);
-}
-
-fn show_invitation(ui: &mut egui::Ui, words: &Words, invitation: &Invitation) {
-    ui.label(RichText::new(words.say("others-join")).small());
-    ui.label(RichText::new(words.say_with("address", &[("address", &invitation.address)])).monospace());
-    ui.label(RichText::new(words.say("code")).monospace());
-    ui.label(RichText::new(&invitation.code).monospace().strong());
-    if ui.button(words.say("copy-command")).clicked() {
-        let command = format!("pottery-studio join {} --code {}", invitation.address, invitation.code);
-        ui.ctx().copy_text(command);
-    }
 }
 
 fn show_force(ui: &mut egui::Ui, state: &mut PanelState) {
