@@ -3,8 +3,6 @@
 //! Owns no clay: reads the potter's view, asks through commands.
 //! Invariant: nothing is drawn while nothing changes.
 
-mod history;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -24,13 +22,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::WindowId;
 
-use self::history::History;
 use super::files::Files;
 use super::hand::Hand;
 use super::holding::Holding;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
-use super::panel::{self, Invitation, PanelState, Person, RPM_MAX, WETNESS};
+use super::panel::{self, History, Invitation, PanelState, Person, RPM_MAX, WETNESS};
 use super::stage::Stage;
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
@@ -121,7 +118,6 @@ pub(super) struct App {
     /// Whether the sphere's size is the command line's for this time.
     is_sized: bool,
     panel: PanelState,
-    history: History,
     files: Files,
     modifiers: ModifiersState,
     cursor: Vec2,
@@ -189,6 +185,7 @@ impl App {
             is_heard: liking.sound && !held.is_muted,
             no_sound: None,
             people: Vec::new(),
+            history: History::default(),
             round_trip_ms: 0.0,
             late_percent: 0.0,
             frames_per_s: 0.0,
@@ -219,7 +216,6 @@ impl App {
             takes_brought: tool.takes_brought,
             is_sized: tool.is_sized,
             panel,
-            history: History::default(),
             files,
             modifiers: ModifiersState::empty(),
             cursor: Vec2::ZERO,
@@ -266,9 +262,9 @@ impl App {
                 Key::Character("e" | "E") => self.files.export(),
                 // in a text, they are the text's
                 Key::Character("z" | "Z" | "y" | "Y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
-                Key::Character("z") => self.history.undo(),
-                Key::Character("y" | "Y" | "Z") => self.history.redo(),
-                Key::Character("n" | "N") => self.history.begin_anew(),
+                Key::Character("z") => self.panel.history.undo(),
+                Key::Character("y" | "Y" | "Z") => self.panel.history.redo(),
+                Key::Character("n" | "N") => self.panel.history.begin_anew(),
                 _ => {}
             }
             return;
@@ -373,7 +369,7 @@ impl App {
 
     /// Sends what was changed in the panel or by keys, not more often than a server listens.
     fn ask(&mut self) {
-        for command in self.history.take_wishes() {
+        for command in self.panel.history.take_wishes() {
             self.command(command);
         }
         let wanted = Settings::of(&self.panel);
@@ -456,7 +452,7 @@ impl App {
         self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
         let mut view = self.potter.view().lock();
         self.panel.rack = view.rack.len();
-        self.history.hear(&mut view);
+        self.panel.history.hear(&mut view);
         match view.brought.take() {
             Some(Ok(shape)) if self.takes_brought => self.panel.holding.shape = Some(shape),
             Some(Ok(_)) | None => {}
@@ -473,7 +469,6 @@ impl App {
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
-                .or_else(|| self.history.said())
                 .or_else(|| self.refusal.clone())
                 .or_else(|| self.keeper.trouble(&self.panel.words)),
         };

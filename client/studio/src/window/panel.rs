@@ -4,6 +4,7 @@
 //! Invariant: every control that is shown has an effect.
 
 mod clay;
+mod history;
 mod invitation;
 mod keys;
 mod liking;
@@ -13,6 +14,7 @@ use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::Wetness;
 use pottery_shared::tool::Side;
 
+pub(super) use history::History;
 pub(super) use invitation::Invitation;
 
 use super::files::Files;
@@ -53,6 +55,7 @@ pub(super) struct PanelState {
     pub(super) is_heard: bool,
     pub(super) no_sound: Option<String>,
     pub(super) people: Vec<Person>,
+    pub(super) history: History,
     pub(super) round_trip_ms: f32,
     pub(super) late_percent: f32,
     pub(super) frames_per_s: f32,
@@ -167,6 +170,8 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     clay::show_finish(ui, &state.words, &mut state.liking.finish);
     ui.separator();
     show_force(ui, state);
+    ui.separator();
+    state.history.show(ui, &state.words);
     ui.separator();
     files.show(ui, &state.words);
     ui.separator();

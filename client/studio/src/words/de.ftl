@@ -56,6 +56,13 @@ finish-cobalt = Kobaltglasur
 ## Files
 
 pot-file = Topfdatei
+undo = Zurück
+redo = Wieder vor
+new-pot = Neuer Topf
+new-pot-hint = der Ton, mit dem diese Scheibe begann, für alle; Zurück nimmt es zurück
+remaking = der Ton wird neu geformt …
+no-undo = nichts Eigenes zurückzunehmen: die Scheibe merkt sich die letzten zehn Minuten
+no-redo = nichts Eigenes zu wiederholen: wer nach dem Zurücknehmen weiterdrückt, bleibt dabei
 save = Speichern
 export-as = Ausgeben als
 writing = schreibt …
@@ -111,6 +118,7 @@ key-front = Ansicht wie am Anfang
 key-views = als Profil, von oben
 key-cut = den Topf aufschneiden, schließen
 key-finish = als Ton, gebrannt, glasiert zeigen
+key-undo = den letzten eigenen Strich zurücknehmen, wiederholen
 key-files = den Topf speichern, ausgeben
 key-panel = Bedienung einklappen, öffnen
 key-help = diese Tasten, verlassen

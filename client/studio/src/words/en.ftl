@@ -56,6 +56,13 @@ finish-cobalt = cobalt glaze
 ## Files
 
 pot-file = pot file
+undo = Undo
+redo = Redo
+new-pot = New pot
+new-pot-hint = the clay with which this wheel began, for everybody; undo takes it back
+remaking = the clay is being made again …
+no-undo = nothing of yours to undo: the wheel remembers the last ten minutes
+no-redo = nothing of yours to redo: pressing on after an undo keeps to it
 save = Save
 export-as = Export as
 writing = writing …
@@ -111,6 +118,7 @@ key-front = view as at first
 key-views = as a profile, from above
 key-cut = cut the pot open, close it
 key-finish = shown as clay, fired, glazed
+key-undo = undo your last stroke, redo it
 key-files = save the pot, export it
 key-panel = fold the panel, open it
 key-help = these keys, leave

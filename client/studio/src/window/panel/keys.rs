@@ -8,7 +8,7 @@ use egui::{Align2, RichText};
 use crate::words::Words;
 
 /// How a key is written, as it is or by the message of that name, and the message of what it does.
-const KEYS: [(&str, &str); 22] = [
+const KEYS: [(&str, &str); 24] = [
     ("Enter", "key-force"),
     ("press-left", "key-press"),
     ("press-wheel", "key-push"),
@@ -28,6 +28,8 @@ const KEYS: [(&str, &str); 22] = [
     ("2, 3", "key-views"),
     ("K", "key-cut"),
     ("L", "key-finish"),
+    ("Ctrl + Z, Ctrl + Y", "key-undo"),
+    ("Ctrl + N", "new-pot-hint"),
     ("Ctrl + S, Ctrl + E", "key-files"),
     ("P", "key-panel"),
     ("H, Esc", "key-help"),

@@ -1,0 +1,78 @@
+//! Undo and redo in the panel: the buttons, what can be taken back, and a word while clay is made again.
+//!
+//! Owns what the person asked for until it is sent; what can be undone is the room's to say.
+//! Invariant: a sentence that says why nothing was undone stays for [`SAID_FOR`] and no longer.
+
+use std::time::{Duration, Instant};
+
+use egui::RichText;
+use pottery_client::Command;
+use pottery_client::view::View;
+use pottery_shared::protocol::{NoStep, StepsWire};
+
+use crate::words::Words;
+
+/// How long a sentence stays.
+const SAID_FOR: Duration = Duration::from_secs(4);
+
+/// Steps back and forth of one window.
+#[derive(Debug, Default)]
+pub(in crate::window) struct History {
+    steps: StepsWire,
+    wishes: Vec<Command>,
+    said: Option<(Instant, NoStep)>,
+}
+
+impl History {
+    pub(in crate::window) fn undo(&mut self) {
+        self.wishes.push(Command::Undo);
+    }
+
+    pub(in crate::window) fn redo(&mut self) {
+        self.wishes.push(Command::Redo);
+    }
+
+    pub(in crate::window) fn begin_anew(&mut self) {
+        self.wishes.push(Command::NewPot);
+    }
+
+    /// Takes in what the room says.
+    pub(in crate::window) fn hear(&mut self, view: &mut View) {
+        self.steps = view.steps;
+        if let Some(reason) = view.no_step.take() {
+            self.said = Some((Instant::now(), reason));
+        }
+        self.said.take_if(|(at, _)| at.elapsed() > SAID_FOR);
+    }
+
+    /// What the person asked for, in order.
+    pub(in crate::window) fn take_wishes(&mut self) -> Vec<Command> {
+        std::mem::take(&mut self.wishes)
+    }
+
+    /// Lays out the controls.
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
+        let StepsWire { back, forth, is_remaking } = self.steps;
+        ui.horizontal(|ui| {
+            let undo = egui::Button::new(words.say("undo"));
+            if ui.add_enabled(back > 0, undo).on_hover_text("Ctrl + Z").clicked() {
+                self.undo();
+            }
+            let redo = egui::Button::new(words.say("redo"));
+            if ui.add_enabled(forth > 0, redo).on_hover_text("Ctrl + Y").clicked() {
+                self.redo();
+            }
+            if ui.button(words.say("new-pot")).on_hover_text(words.say("new-pot-hint")).clicked() {
+                self.begin_anew();
+            }
+        });
+        let said = match self.said {
+            Some((_, NoStep::NothingBack)) => Some("no-undo"),
+            Some((_, NoStep::NothingForth)) => Some("no-redo"),
+            None => is_remaking.then_some("remaking"),
+        };
+        if let Some(said) = said {
+            ui.label(RichText::new(words.say(said)).small());
+        }
+    }
+}
