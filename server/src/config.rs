@@ -56,7 +56,7 @@ impl ServerConfig {
     /// The studio's UDP port.
     pub const PORT: u16 = 4747;
     /// Most wheels in one process.
-    pub const WHEELS_MAX: u16 = 256;
+    pub const WHEELS_MAX: u16 = 1024;
     /// Most people in one process.
     pub const PEOPLE_MAX: u16 = 4096;
 

@@ -21,6 +21,8 @@ use crate::{Figures, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
+/// The same while nobody is connected.
+const REST_EVERY: Duration = Duration::from_millis(50);
 /// Falling behind by more than this is counted: a snapshot's period.
 const LATE_TICKS: u64 = 17;
 /// Ticks between two looks at what the lines lose.
@@ -72,6 +74,7 @@ impl Ticking {
         let mut wake = tokio::time::interval(WAKE_EVERY);
         wake.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
+        let mut is_resting = false;
         loop {
             tokio::select! {
                 // time before news, always, so that a run can be repeated from a seed
@@ -86,6 +89,10 @@ impl Ticking {
                     if count == 0 {
                         return;
                     }
+                    if is_resting {
+                        // whoever comes finds the room at today's tick
+                        self.advance();
+                    }
                 }
             }
             for event in arrived.drain(..) {
@@ -98,12 +105,18 @@ impl Ticking {
                 }
             }
             self.transmit();
+            let was_resting = std::mem::replace(&mut is_resting, self.links.is_empty());
+            if is_resting {
+                wake.reset_after(REST_EVERY);
+            } else if was_resting {
+                wake.reset_after(WAKE_EVERY);
+            }
         }
     }
 
     fn advance(&mut self) {
         let due = self.started.elapsed().as_millis() as u64;
-        if due > self.room.now().0 + LATE_TICKS {
+        if due > self.room.now().0 + LATE_TICKS && !self.links.is_empty() {
             self.figures.late += 1;
             tracing::debug!(ticks = due - self.room.now().0, "the tick fell behind");
         }

@@ -122,6 +122,8 @@ pub struct Room {
     places: BTreeMap<PeerId, usize>,
     audience: Audience,
     next_client: u16,
+    /// The wheels at which somebody is, in order: no other is visited.
+    busy: Vec<usize>,
     /// The next tick to be done.
     now: Tick,
     outbox: Outbox,
@@ -172,6 +174,7 @@ impl Room {
             places: BTreeMap::new(),
             audience: Audience::default(),
             next_client: 1,
+            busy: Vec::new(),
             now: Tick(0),
             outbox: VecDeque::new(),
             wrong_codes: VecDeque::new(),
@@ -284,6 +287,9 @@ impl Room {
         let client = self.next_client;
         self.next_client = self.next_client.wrapping_add(1).max(1);
         self.places.insert(peer, place);
+        if let Err(at) = self.busy.binary_search(&place) {
+            self.busy.insert(at, place);
+        }
         self.counts.joined += 1;
         self.benches[place].seat(peer, client, retells, self.now, &mut self.outbox);
         Ok(())
@@ -382,16 +388,17 @@ impl Room {
     /// Does every tick up to and with `to`.
     pub fn advance(&mut self, to: Tick) {
         while self.now <= to {
-            let remaking = self.benches.iter().filter(|bench| bench.is_remaking()).count().max(1);
+            let remaking = self.busy.iter().filter(|place| self.benches[**place].is_remaking()).count().max(1);
             let again = AGAIN_A_TICK.div_ceil(remaking) as u32;
-            for bench in &mut self.benches {
-                bench.step(self.now, again, &mut self.outbox, &mut self.counts.refusals);
+            for &place in &self.busy {
+                self.benches[place].step(self.now, again, &mut self.outbox, &mut self.counts.refusals);
             }
             if SnapshotClock::is_due(self.now) {
                 self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
             }
             self.now = self.now.next();
         }
+        self.busy.retain(|&place| !self.benches[place].is_empty());
     }
 
     /// Tells everybody that the studio closes.

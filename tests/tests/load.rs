@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
+use pottery_tests::load::knee::Climb;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
 use pottery_tests::load::soak;
@@ -150,6 +151,37 @@ fn everybody_comes_again_after_the_network_was_away() {
     assert_eq!(done.status.code(), Some(0), "{}", told(&done));
     let run = result(&json);
     assert_eq!((run.reconnects, run.compared, run.broken), (12, 12, 0), "{:?}", run.said);
+}
+
+#[test]
+fn climb_ends_at_the_load_that_breaks_a_threshold_and_draws_it() {
+    let folder = folder("load-knee");
+    let (json, html) = (folder.join("knee.json"), folder.join("knee.html"));
+    let mut arguments = vec!["knee", "--spawn", "--potters", "1", "--full-potters", "0", "--from", "2", "--to", "8"];
+    arguments.extend([
+        "--factor",
+        "2",
+        "--halvings",
+        "0",
+        "--ramp",
+        "0.2",
+        "--warmup",
+        "0.3",
+        "--duration",
+        "1",
+        "--quiet",
+    ]);
+    arguments.extend(["--json", json.to_str().unwrap(), "--html", html.to_str().unwrap()]);
+    arguments.extend(PATIENT);
+    // two joins more than the potter's are two too many
+    arguments.extend(["--threshold", "join_ms:count<4"]);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let climb: Climb = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    let loads: Vec<_> = climb.steps.iter().map(|step| (step.people, step.verdict)).collect();
+    assert_eq!(loads, [(2, Verdict::Pass), (4, Verdict::Breach)]);
+    assert_eq!((climb.knee, climb.broke.map(|(people, _)| people)), (Some(2), Some(4)));
+    assert!(std::fs::read_to_string(&html).unwrap().contains(">knee<"));
 }
 
 #[test]

@@ -61,6 +61,8 @@ struct Shown {
     /// What it was sent up to; `None` when it needs a keyframe of the whole pot.
     from: Option<Version>,
     beat_at: Tick,
+    /// Has not been sent a keyframe yet, so that an older one is news as well.
+    is_new: bool,
     /// Bytes it has had, divided by its weight: who had least is next.
     had: i64,
 }
@@ -78,9 +80,14 @@ struct Viewer {
 #[derive(Debug, Default)]
 pub(super) struct Audience {
     viewers: BTreeMap<PeerId, Viewer>,
+    /// For those who come.
+    wholes: Wholes,
     /// Requests beyond what a person makes, or for what there is not.
     refused: u64,
 }
+
+/// The newest keyframe of each whole sight.
+type Wholes = BTreeMap<(usize, Detail), (Version, Vec<u8>)>;
 
 /// Messages that are the same for all who were sent as much.
 type Made = BTreeMap<(usize, Detail, Version, bool), Vec<Vec<u8>>>;
@@ -136,7 +143,8 @@ impl Audience {
                 benches[place].open_view(detail, now);
                 let from = (have > 0 && is_shown).then_some(Version(have));
                 let had = viewer.sights.get(&key).map_or(0, |shown| shown.had);
-                viewer.sights.insert(key, Shown { from, beat_at: now, had });
+                let is_new = viewer.sights.get(&key).is_none_or(|shown| shown.is_new);
+                viewer.sights.insert(key, Shown { from, beat_at: now, is_new, had });
             }
             None => {
                 viewer.sights.remove(&key);
@@ -151,9 +159,10 @@ impl Audience {
         }
     }
 
-    fn close_unwatched(&self, key: (usize, Detail), benches: &mut [Bench]) {
+    fn close_unwatched(&mut self, key: (usize, Detail), benches: &mut [Bench]) {
         if !self.viewers.values().any(|viewer| viewer.sights.contains_key(&key)) {
             benches[key.0].close_view(key.1);
+            self.wholes.remove(&key);
         }
     }
 
@@ -180,7 +189,7 @@ impl Audience {
                     break;
                 }
                 let (Some(shown), bench) = (viewer.sights.get_mut(&key), &benches[key.0]) else { continue };
-                let bytes = show(bench, key, shown, now, (&mut made, &mut keyframes), |lane| {
+                let bytes = show(bench, key, shown, now, (&mut made, &mut keyframes, &mut self.wholes), |lane| {
                     outbox.push_back(Transmit { to: peer, lane });
                 });
                 viewer.budget.spend(bytes);
@@ -208,7 +217,7 @@ fn show(
     (place, detail): (usize, Detail),
     shown: &mut Shown,
     now: Tick,
-    (made, keyframes): (&mut Made, &mut Made),
+    (made, keyframes, wholes): (&mut Made, &mut Made, &mut Wholes),
     mut send: impl FnMut(Lane),
 ) -> i64 {
     let Some(view) = bench.view(detail) else { return 0 };
@@ -218,8 +227,8 @@ fn show(
     let mut from = shown.from.filter(|from| *from <= view.latest());
     if from.is_none_or(|from| view.ways_from(from).is_none()) {
         let since = from.unwrap_or_default();
-        let all = keyframes.entry((place, detail, since, false)).or_insert_with(|| {
-            let keyframe = Keyframe {
+        let encoded = || {
+            protocol::encode(&Keyframe {
                 version: view.latest().0,
                 since: since.0,
                 tick: view.tick().0,
@@ -228,14 +237,24 @@ fn show(
                 mended: 0,
                 goes_on: true,
                 bytes: view.keyframe(since),
-            };
-            alloc::vec![protocol::encode(&keyframe)]
-        });
-        for keyframe in all {
-            bytes += keyframe.len() as i64 + WRAPPING_BYTES * (1 + keyframe.len() as i64 / 1200);
-            send(Lane::Keyframe(keyframe.clone()));
-        }
-        from = Some(view.latest());
+            })
+        };
+        let is_new = core::mem::take(&mut shown.is_new);
+        let (version, keyframe) = if since == Version(0) {
+            // many come at once, and what has happened since a keyframe was made costs less than another
+            let serves = |version: Version| version == view.latest() || (is_new && view.ways_from(version).is_some());
+            let whole = wholes.entry((place, detail)).or_insert_with(|| (view.latest(), encoded()));
+            if !serves(whole.0) {
+                *whole = (view.latest(), encoded());
+            }
+            (whole.0, &whole.1)
+        } else {
+            let all = keyframes.entry((place, detail, since, false)).or_insert_with(|| alloc::vec![encoded()]);
+            (view.latest(), &all[0])
+        };
+        bytes += keyframe.len() as i64 + WRAPPING_BYTES * (1 + keyframe.len() as i64 / 1200);
+        send(Lane::Keyframe(keyframe.clone()));
+        from = Some(version);
     }
     let from = from.unwrap_or_default();
     let datagrams = made.entry((place, detail, from, is_beat)).or_insert_with(|| {

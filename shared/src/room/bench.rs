@@ -34,6 +34,8 @@ const TELL_EVERY: u64 = 10;
 const CATCH_UP_MAX: usize = 8;
 /// Pulses between two digests: a quarter of a second.
 const DIGEST_EVERY: u64 = 15;
+/// Snapshots after which a keyframe is made anew for those who come: a quarter of a second.
+const WHOLE_VERSIONS_MAX: u32 = 15;
 /// Ticks after which a resting tool is no longer shown.
 const TOOL_SHOWN_TICKS: i64 = 500;
 /// Most tools told of in a pulse.
@@ -50,6 +52,16 @@ struct Seat {
     /// Gone, but with samples still to be pressed.
     leaving: bool,
     told_steps: StepsWire,
+    /// Has not been sent a keyframe yet, so that an older one is news as well.
+    is_new: bool,
+}
+
+/// A keyframe of the whole pot as it was lately.
+#[derive(Debug)]
+struct Whole {
+    version: Version,
+    tick: Tick,
+    bytes: Vec<u8>,
 }
 
 /// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
@@ -101,6 +113,8 @@ pub(super) struct Bench {
     told: u32,
     /// For those who look on, by the number of the detail, with the last version of the view before.
     views: [(Option<View>, Version); Detail::ALL.len()],
+    /// For those who come, by whether they go on with deltas.
+    wholes: [Option<Whole>; 2],
     /// What happens here, when somebody keeps a record of it.
     journal: Option<Journal>,
 }
@@ -145,6 +159,7 @@ impl Bench {
             transcript: Some(Transcript::default()),
             told: 0,
             views: Default::default(),
+            wholes: Default::default(),
             journal: None,
         }
     }
@@ -200,7 +215,8 @@ impl Bench {
     /// Gives a new peer its place, its welcome and the clay as it is.
     pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
         let (peer_state, told_steps) = (Peer::default(), StepsWire::default());
-        let seat = Seat { client, peer: peer_state, retells, again_from: None, leaving: false, told_steps };
+        let seat =
+            Seat { client, peer: peer_state, retells, again_from: None, leaving: false, told_steps, is_new: true };
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -327,11 +343,7 @@ impl Bench {
     pub(super) fn say_again(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
         self.note_loss(peer, now);
         let Some(seat) = self.seats.get_mut(&peer) else { return };
-        let missed = |way: &&Way| way.version.0 > have;
-        let first = self.ways.iter().find(missed);
-        let is_kept = first.is_some_and(|way| way.version == Version(have).next())
-            && self.ways.iter().filter(missed).all(|way| !way.fragments(seat.retells).is_empty());
-        if is_kept {
+        if lead_on(&self.ways, Version(have), seat.retells) {
             seat.again_from = Some(Version(have));
         } else {
             self.resync(peer, have, outbox);
@@ -339,14 +351,51 @@ impl Bench {
     }
 
     /// Sends one peer everything newer than `have`.
-    pub(super) fn resync(&self, peer: PeerId, have: u32, outbox: &mut Outbox) {
+    pub(super) fn resync(&mut self, peer: PeerId, have: u32, outbox: &mut Outbox) {
         // a version that never was cannot be built upon
-        let since = if have > self.author.latest().0 { 0 } else { have };
-        self.send_keyframe(peer, since, 0, self.author.keyframe(Version(since), self.goes_on(peer)), outbox);
+        if have == 0 || have > self.author.latest().0 {
+            return self.send_whole(peer, outbox);
+        }
+        self.send_keyframe(peer, have, 0, self.author.keyframe(Version(have), self.goes_on(peer)), outbox);
+    }
+
+    /// Sends one peer the whole pot. A class comes at once, and a keyframe takes long to make: who has not got one yet may get one
+    /// that was made a moment ago, and with the next pulse what has happened since.
+    fn send_whole(&mut self, peer: PeerId, outbox: &mut Outbox) {
+        let (goes_on, latest) = (self.goes_on(peer), self.author.latest());
+        let acknowledged = self.acknowledged.get(&peer).copied().unwrap_or(0);
+        let Some(seat) = self.seats.get_mut(&peer) else { return };
+        let is_new = core::mem::take(&mut seat.is_new) && acknowledged == 0;
+        let whole = &mut self.wholes[usize::from(goes_on)];
+        whole.take_if(|whole| {
+            let is_recent = is_new && latest.0.saturating_sub(whole.version.0) <= WHOLE_VERSIONS_MAX;
+            whole.version != latest && !(is_recent && lead_on(&self.ways, whole.version, seat.retells))
+        });
+        let whole = whole.get_or_insert_with(|| Whole {
+            version: latest,
+            tick: self.snapshot_tick,
+            bytes: self.author.keyframe(Version(0), goes_on),
+        });
+        if whole.version < latest {
+            seat.again_from = Some(whole.version);
+        }
+        // clay that has not changed since is clay of the latest snapshot too
+        let tick = if whole.version == latest { self.snapshot_tick } else { whole.tick };
+        let keyframe = Keyframe {
+            version: whole.version.0,
+            since: 0,
+            tick: tick.0,
+            acknowledged,
+            sight: None,
+            mended: 0,
+            goes_on,
+            bytes: whole.bytes.clone(),
+        };
+        outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
 
     /// The same, with what differs from what the peer holds; says how many tiles do. What cannot be compared is sent whole.
-    pub(super) fn mend(&self, peer: PeerId, have: u32, tiles: &[u8], outbox: &mut Outbox) -> u64 {
+    pub(super) fn mend(&mut self, peer: PeerId, have: u32, tiles: &[u8], outbox: &mut Outbox) -> u64 {
         let is_known = have > 0 && have <= self.author.latest().0;
         let mend = if is_known { self.author.mend(Version(have), tiles, self.goes_on(peer)) } else { None };
         let Some((bytes, mended)) = mend else {
@@ -373,6 +422,11 @@ impl Bench {
             bytes,
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
+    }
+
+    /// Whether nobody is here, so that a tick does nothing.
+    pub(super) fn is_empty(&self) -> bool {
+        self.seats.is_empty()
     }
 
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
@@ -584,6 +638,13 @@ impl Bench {
         }
         self.told_of = [self.author.latest(), last];
     }
+}
+
+/// Whether what leads on from a version is kept without a gap.
+fn lead_on(ways: &VecDeque<Way>, from: Version, retells: bool) -> bool {
+    let mut missed = ways.iter().filter(|way| way.version > from);
+    let first = missed.clone().next();
+    first.is_some_and(|way| way.version == from.next()) && missed.all(|way| !way.fragments(retells).is_empty())
 }
 
 /// A pot's specification as it is sent.
