@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
-use pottery_shared::clay::Material;
+use pottery_shared::clay::{Form, Material};
 use pottery_shared::protocol::{DATAGRAM_MAX, Request};
 use pottery_shared::session::{Client, ClientEvent, MendCounts, StepCounts};
 use pottery_shared::tool::{ConvexTool, ToolSample};
@@ -47,8 +47,8 @@ pub enum Command {
     Undo,
     /// Redo what was undone last.
     Redo,
-    /// Put the clay on the wheel with which it began; can be undone as a stroke.
-    NewPot,
+    /// Put new clay on the wheel, in a form or as it began; can be undone as a stroke.
+    NewPot(Option<Form>),
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -208,7 +208,7 @@ impl Worker {
                     },
                     Some(Command::Undo) => self.session.undo(),
                     Some(Command::Redo) => self.session.redo(),
-                    Some(Command::NewPot) => self.session.begin_anew(),
+                    Some(Command::NewPot(form)) => self.session.begin_anew(form),
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
                     }

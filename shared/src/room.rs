@@ -15,7 +15,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::clay::{Conditions, Material, Method, MethodKind, Pot, PotError, PotSpec};
+use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{self, Notice, Refusal, Request, Role};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::snapshot::{PotRecord, SnapshotClock};
@@ -353,7 +353,9 @@ impl Room {
             Request::Tool { mesh } => bench.bring(peer, mesh, self.now, &mut self.outbox),
             Request::Undo { held } => bench.ask_step(peer, Step::Back, held, self.now),
             Request::Redo { held } => bench.ask_step(peer, Step::Forth, held, self.now),
-            Request::NewPot { held } => bench.ask_step(peer, Step::Anew, held, self.now),
+            Request::NewPot { held, form } => {
+                bench.ask_step(peer, Step::Anew(Form::from_number(form)), held, self.now);
+            }
             Request::Watch { .. } | Request::Unwatch { .. } => {}
             Request::Leave => {
                 self.send(peer, Lane::Close);

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use pottery_client::pot_file::PotFile;
 use pottery_shared::clay::{Form, GridShape, Pot, PotSpec, Window};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::Metres;
 use pottery_tests::programs::{folder, program};
 
@@ -51,6 +52,24 @@ fn forms_are_what_potters_call_them() {
         assert!(steepest < 2.5, "{form:?}: {steepest}");
         assert!(outline_mm(&pot).iter().all(|radius| *radius > 2.0 * pot.spec().wall.as_mm()), "{form:?}");
     }
+}
+
+#[test]
+fn the_same_clay_in_another_form_is_as_much_clay_and_as_slender_as_the_form() {
+    for form in Form::ALL {
+        let spec = PotSpec { height: Metres::from_mm(150.0), radius: Metres::from_mm(50.0), ..PotSpec::default() };
+        let made_of_it = form.of_clay_of(spec).unwrap();
+        assert_eq!(Form::from_number(form.number()), Some(form));
+        // as a snapshot leaves it: the height follows from the clay
+        let pot = PotRecord::of(&made_of_it).pot();
+        let lump_m3 = std::f64::consts::PI * 0.05_f64.powi(2) * 0.15;
+        assert!((pot.enclosed_volume_m3() / lump_m3 - 1.0).abs() < 1e-3, "{form:?}: {}", pot.enclosed_volume_m3());
+        let widest_mm = |pot: &Pot| outline_mm(pot).into_iter().fold(0.0, f32::max);
+        let slender = |pot: &Pot| pot.surfaces()[0].height_m() * 1e3 / widest_mm(pot);
+        let expected = if form == Form::Cylinder { 3.0 } else { slender(&made(form)) };
+        assert!((slender(&pot) / expected - 1.0).abs() < 0.01, "{form:?}: {} for {expected}", slender(&pot));
+    }
+    assert_eq!((Form::from_number(0), Form::from_number(5)), (None, None));
 }
 
 #[test]

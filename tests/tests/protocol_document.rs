@@ -101,7 +101,7 @@ fn requests() -> Vec<Value> {
         (Request::Mend { have: 250, tiles: vec![0, 171, 255] }, json!({ "mend": { "have": 250, "tiles": "00abff" } })),
         (Request::Undo { held: 1 << 20 }, json!({ "undo": 1 << 20 })),
         (Request::Redo { held: 250 }, json!({ "redo": 250 })),
-        (Request::NewPot { held: 251 }, json!({ "new_pot": 251 })),
+        (Request::NewPot { held: 251, form: 3 }, json!({ "new_pot": { "held": 251, "form": 3 } })),
     ];
     all.iter().map(|(request, value)| vector("request", &encode(request), value.clone())).collect()
 }

@@ -12,11 +12,11 @@ use std::time::Duration;
 
 use glam::Vec3;
 use pottery_server::recording::{Playback, Recording, RecordingWriter};
-use pottery_shared::clay::{GridShape, Material, MethodKind, PotSpec};
+use pottery_shared::clay::{Form, GridShape, Material, MethodKind, PotSpec};
 use pottery_shared::protocol::{FrameReader, NoStep};
 use pottery_shared::room::{Entry, Happening, Lane, PeerId, Replay, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent, Watcher};
-use pottery_shared::snapshot::Detail;
+use pottery_shared::snapshot::{Detail, PotRecord};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::dice::Dice;
@@ -516,6 +516,33 @@ fn those_who_look_on_and_those_who_come_later_get_the_clay_that_was_made_again()
 }
 
 #[test]
+fn a_new_pot_of_a_form_is_the_same_clay_and_can_be_taken_back() {
+    let mut world = World::new(MethodKind::Plastic, (120, 100), 0.03, 22);
+    for person in 0..2 {
+        world.come(person);
+    }
+    world.run(1500, in_turns);
+    world.run(2300, |_, _| None);
+    world.assert_settled("pressed");
+    for form in [Form::Bowl, Form::Bottle, Form::Ball, Form::Cylinder] {
+        let before = world.digest();
+        world.potter(1).begin_anew(Some(form));
+        world.run(world.now + 400, |_, _| None);
+        world.assert_settled(form.name());
+        let pot = world.room.pot(0).unwrap();
+        // what anybody would make of the wheel's clay, rounded as snapshots are
+        let made = PotRecord::of(&form.of_clay_of(*pot.spec()).unwrap()).pot();
+        assert_eq!(PotRecord::of(pot), PotRecord::of(&made), "{form:?}");
+        assert_eq!(pot.surfaces()[0].height_m(), made.surfaces()[0].height_m(), "{form:?}");
+        world.potter(1).undo();
+        world.run(world.now + 600, |_, _| None);
+        world.assert_settled("taken back");
+        assert_eq!(world.digest(), before, "{form:?}");
+    }
+    world.assert_recorded();
+}
+
+#[test]
 fn a_new_pot_is_a_step_as_any_other() {
     let mut world = World::new(MethodKind::Plastic, (120, 100), 0.03, 21);
     for person in 0..3 {
@@ -526,7 +553,7 @@ fn a_new_pot_is_a_step_as_any_other() {
     world.run(2250, in_turns);
     // two steps at once: the new pot comes while the clay of the first is made again
     world.potter(0).undo();
-    world.potter(2).begin_anew();
+    world.potter(2).begin_anew(None);
     world.run(6500, in_turns);
     world.assert_settled("new");
     let is_new = |what: &Happening| matches!(what, Happening::Snapshot { digest } if *digest == untouched);

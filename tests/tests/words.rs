@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use pottery_client::render::Finish;
-use pottery_shared::clay::Preset;
+use pottery_shared::clay::{Form, Preset};
 use pottery_shared::tool::{Shape, rack};
 
 fn studio() -> PathBuf {
@@ -48,7 +48,14 @@ fn made_names() -> BTreeSet<String> {
     let clays = Preset::ALL.map(|preset| format!("clay-{}", preset.name()));
     let shapes = (0..rack::standard().len()).map(|number| Shape(number as u8).name().unwrap());
     let lesson = ["centre", "open", "pull", "shape"].map(|step| format!("lesson-{step}-how"));
-    finishes.into_iter().chain(clays).chain(shapes.map(|name| format!("tool-{name}"))).chain(lesson).collect()
+    let forms = Form::ALL.map(|form| format!("form-{}", form.name()));
+    finishes
+        .into_iter()
+        .chain(forms)
+        .chain(clays)
+        .chain(shapes.map(|name| format!("tool-{name}")))
+        .chain(lesson)
+        .collect()
 }
 
 #[test]

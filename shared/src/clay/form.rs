@@ -74,27 +74,73 @@ impl Form {
         }
     }
 
+    /// Its number in messages: the order of [`Form::ALL`], from 1 on.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Cylinder => 1,
+            Self::Bowl => 2,
+            Self::Bottle => 3,
+            Self::Ball => 4,
+        }
+    }
+
+    /// The form of a number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|form| form.number() == number)
+    }
+
+    /// Mean of the square of the profile as a surface takes it, half a row at foot and rim: the share of the volume of the
+    /// widest cylinder that the form encloses.
+    fn mean_square(self, rows: u32) -> f32 {
+        let weight = |row: u32| if row == 0 || row == rows - 1 { 0.5 } else { 1.0 };
+        let squares = (0..rows).map(|row| weight(row) * libm::powf(self.profile(share(row, rows)), 2.0));
+        squares.sum::<f32>() / (rows - 1) as f32
+    }
+
+    /// The clay of a specification's cylinder in this form, with the form's own relation of height to width: h·w²·m = h₀·r₀²
+    /// with h = a·w makes w = ∛(h₀·r₀²/(a·m)). The height follows where clay keeps its volume, as it does when somebody presses.
+    ///
+    /// # Errors
+    /// [`PotError`] when no pot is made like that.
+    pub fn of_clay_of(self, spec: PotSpec) -> Result<Pot, PotError> {
+        let mut pot = Pot::new(spec)?;
+        let Some([height_mm, widest_mm]) = self.measures_mm() else { return Ok(pot) };
+        let relation = height_mm / widest_mm;
+        let clay_m3 = spec.height.0 * spec.radius.0 * spec.radius.0;
+        let widest_m = libm::cbrtf(clay_m3 / (relation * self.mean_square(spec.shape.rows())));
+        self.give(&mut pot, widest_m);
+        Ok(pot)
+    }
+
+    /// Gives every surface of a pot the profile.
+    fn give(self, pot: &mut Pot, widest_m: f32) {
+        for surface in pot.surfaces_mut() {
+            let (columns, rows) = (surface.shape().columns(), surface.shape().rows());
+            for row in 0..rows {
+                let radius_m = widest_m * self.profile(share(row, rows));
+                for column in 0..columns {
+                    surface.set_radius(column, row, radius_m);
+                }
+            }
+        }
+    }
+
     /// A pot of this form with the grid, wall and support of a specification; a cylinder has its measures as well.
     ///
     /// # Errors
     /// [`PotError`] when no pot is made like that.
     pub fn pot(self, spec: PotSpec) -> Result<Pot, PotError> {
         let Some([height_mm, widest_mm]) = self.measures_mm() else { return Pot::new(spec) };
-        let rows = spec.shape.rows();
-        let share = |row: u32| row as f32 / (rows - 1) as f32;
-        // the mean of r² as a surface takes it: half a row at foot and rim
-        let weight = |row: u32| if row == 0 || row == rows - 1 { 0.5 } else { 1.0 };
-        let squares = (0..rows).map(|row| weight(row) * libm::powf(self.profile(share(row)), 2.0));
-        let mean = squares.sum::<f32>() / (rows - 1) as f32;
-        let radius = Metres::from_mm(widest_mm * libm::sqrtf(mean));
+        let radius = Metres::from_mm(widest_mm * libm::sqrtf(self.mean_square(spec.shape.rows())));
         let mut pot = Pot::new(PotSpec { height: Metres::from_mm(height_mm), radius, ..spec })?;
-        for surface in pot.surfaces_mut() {
-            for column in 0..surface.shape().columns() {
-                for row in 0..rows {
-                    surface.set_radius(column, row, Metres::from_mm(widest_mm * self.profile(share(row))).0);
-                }
-            }
-        }
+        self.give(&mut pot, Metres::from_mm(widest_mm).0);
         Ok(pot)
     }
+}
+
+/// How high a row lies, from 0 at the foot to 1 at the rim.
+fn share(row: u32, rows: u32) -> f32 {
+    row as f32 / (rows - 1) as f32
 }

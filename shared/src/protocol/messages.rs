@@ -124,10 +124,12 @@ pub enum Request {
         /// The tick of its newest sample.
         held: u64,
     },
-    /// Put the clay on the wheel with which it began; can be undone as a stroke of the client.
+    /// Put new clay on the wheel; can be undone as a stroke of the client.
     NewPot {
         /// The tick of its newest sample.
         held: u64,
+        /// The number of a form, [`Form::number`](crate::clay::Form::number); any other for the clay with which the wheel began.
+        form: u8,
     },
 }
 

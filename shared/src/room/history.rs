@@ -14,7 +14,7 @@ pub(super) use self::log::Setting;
 use self::marks::{Marks, Place};
 use self::remake::Remake;
 use self::strokes::Strokes;
-use crate::clay::{Conditions, Pot, SubStep, Surface};
+use crate::clay::{Conditions, Form, Pot, SubStep, Surface};
 use crate::protocol::NoStep;
 use crate::snapshot::{KeptClay, Pressed, Touched};
 use crate::units::Tick;
@@ -26,8 +26,8 @@ pub(super) enum Step {
     Back,
     /// Redo the one that was undone last.
     Forth,
-    /// Put the clay on the wheel with which it began.
-    Anew,
+    /// Put clay of a form on the wheel, or that with which it began.
+    Anew(Option<Form>),
 }
 
 /// The history of one wheel.
@@ -40,9 +40,9 @@ pub(super) struct History {
     /// Tiles that changed since the newest mark, while nothing is made again.
     since_mark: Touched,
     remake: Option<Remake>,
-    /// The clay with which the wheel began, and who wants it back at the next snapshot.
+    /// The clay with which the wheel began, and who wants new clay at the next snapshot, of which form.
     first: KeptClay,
-    anew: Option<u16>,
+    anew: Option<(u16, Option<Form>)>,
     /// Where the clay has to be made again from, once what is being made is done.
     again_from: Option<u64>,
     /// Samples pressed again so far.
@@ -116,10 +116,15 @@ impl History {
     /// [`NoStep`] when there is none.
     pub(super) fn step(&mut self, step: Step, client: u16, held: Tick, pot: &Pot) -> Result<(), NoStep> {
         let span = match step {
+            Step::Back if self.anew.is_some_and(|(who, _)| who == client) => {
+                // not there yet
+                self.anew = None;
+                return Ok(());
+            }
             Step::Back => self.strokes.undo(client, held)?,
             Step::Forth => self.strokes.redo(client)?,
-            Step::Anew => {
-                self.anew = Some(client);
+            Step::Anew(form) => {
+                self.anew = Some((client, form));
                 return Ok(());
             }
         };
@@ -166,11 +171,14 @@ impl History {
     /// made again if it has come to here, or what somebody puts there.
     pub(super) fn end_span(&mut self, tick: Tick, pot: &Pot) -> Option<Pot> {
         let remade = self.take_remade(tick);
-        let Some(client) = self.anew.take() else { return remade };
-        let span = self.log.put(Setting::Put(client, tick, self.first.clone()));
-        self.strokes.note_put(client, tick, span);
+        let Some((client, form)) = self.anew.take() else { return remade };
         let mut pot = remade.unwrap_or_else(|| pot.clone());
-        self.first.lay_on(&mut pot, &mut self.since_mark);
+        // a specification that made the wheel's pot makes a form's as well
+        let formed = form.and_then(|form| form.of_clay_of(*pot.spec()).ok());
+        let new = formed.map_or_else(|| self.first.clone(), |formed| KeptClay::of(&formed));
+        let span = self.log.put(Setting::Put(client, tick, new.clone()));
+        self.strokes.note_put(client, tick, span);
+        new.lay_on(&mut pot, &mut self.since_mark);
         Some(pot)
     }
 

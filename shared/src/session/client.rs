@@ -16,7 +16,7 @@ use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
 use super::welcome::{conditions_of, pot_of, remote_tool};
 use super::{BringError, mesh_of, runs, tool_of, with_one_more};
-use crate::clay::{Conditions, Pot, SubStep};
+use crate::clay::{Conditions, Form, Pot, SubStep};
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{
     self, Greeting, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice, Pulse, Refusal, Request, Role, StepsWire,
@@ -454,10 +454,10 @@ impl Client {
         self.request(&Request::Redo { held });
     }
 
-    /// Asks for the clay with which the wheel began, for everybody; it can be undone as a stroke.
-    pub fn begin_anew(&mut self) {
+    /// Asks for new clay for everybody, in a form or as the wheel began; it can be undone as a stroke.
+    pub fn begin_anew(&mut self, form: Option<Form>) {
         let held = self.predictor.last_tick().0;
-        self.request(&Request::NewPot { held });
+        self.request(&Request::NewPot { held, form: form.map_or(0, Form::number) });
     }
 
     /// Takes in a datagram; false when it made no sense and was dropped.

@@ -264,7 +264,7 @@ impl App {
                 Key::Character("z" | "Z" | "y" | "Y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
                 Key::Character("z") => self.panel.history.undo(),
                 Key::Character("y" | "Y" | "Z") => self.panel.history.redo(),
-                Key::Character("n" | "N") => self.panel.history.begin_anew(),
+                Key::Character("n" | "N") => self.panel.history.begin_anew(None),
                 _ => {}
             }
             return;

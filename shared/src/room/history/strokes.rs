@@ -87,15 +87,16 @@ impl Strokes {
         self.hands.values().all(|hand| hand.strokes.back().is_none_or(is_over))
     }
 
-    /// Marks the newest stroke of a hand that began up to a tick and is not undone, with all of it that was held up to then; says in
+    /// Marks the newest stroke of a hand that began up to a tick, or put other clay there, and is not undone, with all of it that was held up to then; says in
     /// which span it begins.
     pub(super) fn undo(&mut self, client: u16, held: Tick) -> Result<u64, NoStep> {
         let hand = self.hands.get_mut(&client).ok_or(NoStep::NothingBack)?;
-        let can_be = |stroke: &Stroke| !stroke.is_undone && stroke.first <= held;
+        // a client's wishes keep their order, so that clay it put there was asked for before, although it holds no sample since
+        let can_be = |stroke: &Stroke| !stroke.is_undone && (stroke.is_put || stroke.first <= held);
         let number = hand.strokes.iter().rposition(can_be).ok_or(NoStep::NothingBack)?;
         let next = hand.strokes.get(number + 1).map(|next| next.first);
         let stroke = &mut hand.strokes[number];
-        let rest = (stroke.last > held).then(|| Stroke { first: held.next(), ..*stroke });
+        let rest = (!stroke.is_put && stroke.last > held).then(|| Stroke { first: held.next(), ..*stroke });
         if !stroke.is_put && held.since(stroke.last) <= Self::GAP_TICKS {
             // what of it is still on its way is undone with it
             stroke.last = next.map_or(held, |next| held.min(next.offset(-1)));

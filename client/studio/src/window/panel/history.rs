@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use egui::RichText;
 use pottery_client::Command;
 use pottery_client::view::View;
+use pottery_shared::clay::Form;
 use pottery_shared::protocol::{NoStep, StepsWire};
 
 use crate::words::Words;
@@ -32,8 +33,8 @@ impl History {
         self.wishes.push(Command::Redo);
     }
 
-    pub(in crate::window) fn begin_anew(&mut self) {
-        self.wishes.push(Command::NewPot);
+    pub(in crate::window) fn begin_anew(&mut self, form: Option<Form>) {
+        self.wishes.push(Command::NewPot(form));
     }
 
     /// Takes in what the room says.
@@ -62,9 +63,15 @@ impl History {
             if ui.add_enabled(forth > 0, redo).on_hover_text("Ctrl + Y").clicked() {
                 self.redo();
             }
-            if ui.button(words.say("new-pot")).on_hover_text(words.say("new-pot-hint")).clicked() {
-                self.begin_anew();
-            }
+            ui.menu_button(words.say("new-pot"), |ui| {
+                let forms = Form::ALL.map(|form| (Some(form), words.say(&format!("form-{}", form.name()))));
+                for (form, name) in [(None, words.say("new-pot-again"))].into_iter().chain(forms) {
+                    if ui.button(name).on_hover_text(words.say("new-pot-hint")).clicked() {
+                        self.begin_anew(form);
+                        ui.close();
+                    }
+                }
+            });
         });
         let said = match self.said {
             Some((_, NoStep::NothingBack)) => Some("no-undo"),
