@@ -44,7 +44,8 @@ impl Display {
     #[must_use]
     pub fn of_newcomer() -> Self {
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
+            // without a reset, in which nobody can connect, whenever the last of the programs here has ended
+            .args(["-noreset", "-displayfd", "1", "-screen", "0", "1000x700x24", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
