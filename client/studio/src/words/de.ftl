@@ -124,6 +124,7 @@ key-views = als Profil, von oben
 key-cut = den Topf aufschneiden, schließen
 key-finish = als Ton, gebrannt, glasiert zeigen
 key-undo = den letzten eigenen Strich zurücknehmen, wiederholen
+key-new = neuer Topf für alle, wie am Anfang
 key-files = den Topf speichern, ausgeben
 key-panel = Bedienung einklappen, öffnen
 key-help = diese Tasten, verlassen

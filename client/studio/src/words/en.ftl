@@ -124,6 +124,7 @@ key-views = as a profile, from above
 key-cut = cut the pot open, close it
 key-finish = shown as clay, fired, glazed
 key-undo = undo your last stroke, redo it
+key-new = new pot for everybody, as it began
 key-files = save the pot, export it
 key-panel = fold the panel, open it
 key-help = these keys, leave

@@ -29,7 +29,7 @@ const KEYS: [(&str, &str); 24] = [
     ("K", "key-cut"),
     ("L", "key-finish"),
     ("Ctrl + Z, Ctrl + Y", "key-undo"),
-    ("Ctrl + N", "new-pot-hint"),
+    ("Ctrl + N", "key-new"),
     ("Ctrl + S, Ctrl + E", "key-files"),
     ("P", "key-panel"),
     ("H, Esc", "key-help"),
