@@ -1,0 +1,139 @@
+//! What keys, pointer and fingers do at the wheel.
+//!
+//! Owns which key does what; what is done is the hand's, the panel's and the camera's.
+//! Invariant: every key here stands in the table of keys.
+
+use glam::Vec2;
+use pottery_client::render::Camera;
+use winit::event::{Touch, TouchPhase};
+use winit::event_loop::ActiveEventLoop;
+use winit::keyboard::{Key, NamedKey};
+
+use super::App;
+use crate::window::overlay::Overlay;
+use crate::window::panel::{RPM_MAX, WETNESS};
+
+/// A push by one step of the mouse wheel or one key, m.
+const PUSH_STEP_M: f32 = 0.001;
+/// What one key, or one step of the mouse wheel, turns a tool by, degrees.
+const TURN_STEP_DEG: f32 = 5.0;
+/// What it leans a tool by: over the length of a rib, that is 2 mm.
+const LEAN_STEP_DEG: f32 = 1.0;
+/// The steepest view that the mouse reaches as well, rad.
+const FROM_ABOVE_RAD: f32 = 1.4;
+/// What one key makes the clay wetter or drier by.
+const WETNESS_STEP: f32 = 0.02;
+
+impl App {
+    pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        if self.modifiers.control_key() {
+            match key.as_ref() {
+                Key::Character("s" | "S") => self.files.save(),
+                Key::Character("e" | "E") => self.files.export(),
+                // in a text, they are the text's
+                Key::Character("z" | "Z" | "y" | "Y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
+                Key::Character("z") => self.panel.history.undo(),
+                Key::Character("y" | "Y" | "Z") => self.panel.history.redo(),
+                Key::Character("n" | "N") => self.panel.history.begin_anew(None),
+                _ => {}
+            }
+            return;
+        }
+        match key.as_ref() {
+            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Named(NamedKey::ArrowUp) => self.panel.rpm = (self.panel.rpm + 10.0).min(RPM_MAX),
+            Key::Named(NamedKey::ArrowDown) => self.panel.rpm = (self.panel.rpm - 10.0).max(0.0),
+            Key::Named(NamedKey::ArrowLeft) => self.camera.azimuth_rad -= 0.1,
+            Key::Named(NamedKey::ArrowRight) => self.camera.azimuth_rad += 0.1,
+            Key::Named(NamedKey::Space) => {
+                let rpm = self.panel.rpm;
+                self.panel.rpm = if rpm > 0.0 { 0.0 } else { self.rpm_before_stop };
+                if rpm > 0.0 {
+                    self.rpm_before_stop = rpm;
+                }
+            }
+            Key::Character("+" | "=") => self.panel.holding.grow(1.0),
+            Key::Character("-") => self.panel.holding.grow(-1.0),
+            Key::Character("t" | "T") => self.panel.holding.take_next(&self.potter.view().lock().rack),
+            Key::Character("q" | "Q") => self.panel.holding.turn(0, TURN_STEP_DEG),
+            Key::Character("e" | "E") => self.panel.holding.turn(0, -TURN_STEP_DEG),
+            Key::Character("f" | "F") => self.panel.holding.turn(1, LEAN_STEP_DEG),
+            Key::Character("g" | "G") => self.panel.holding.turn(1, -LEAN_STEP_DEG),
+            Key::Character("a" | "A") => self.panel.holding.turn(2, TURN_STEP_DEG),
+            Key::Character("d" | "D") => self.panel.holding.turn(2, -TURN_STEP_DEG),
+            Key::Character("x" | "X") => self.panel.holding.angles_deg = [0.0; 3],
+            Key::Character("v" | "V") => {
+                self.panel.wetness = (self.panel.wetness - WETNESS_STEP).max(WETNESS.0);
+            }
+            Key::Character("b" | "B") => {
+                self.panel.wetness = (self.panel.wetness + WETNESS_STEP).min(WETNESS.1);
+            }
+            Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
+            Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
+            Key::Character("r" | "R" | "1") => self.camera = Camera::on(&self.potter.view().lock().pot),
+            Key::Character("2") => self.camera.elevation_rad = 0.0,
+            Key::Character("3") => self.camera.elevation_rad = FROM_ABOVE_RAD,
+            Key::Character("k" | "K") => self.is_cut = !self.is_cut,
+            Key::Character("l" | "L") => self.panel.liking.finish = self.panel.liking.finish.next(),
+            Key::Character("i" | "I") => self.hand.change_side(),
+            Key::Character("c" | "C") => {
+                if let Some(monitor) = &self.held.monitor {
+                    monitor.recentre();
+                }
+            }
+            Key::Character("p" | "P") => self.panel.fold(),
+            Key::Character("m" | "M") => self.panel.is_heard = !self.panel.is_heard,
+            Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
+            _ => {}
+        }
+    }
+
+    /// The emergency key: takes the force away whatever else is going on. Whoever types into the panel ends that with the same
+    /// key, so that it gives nothing back there.
+    pub(super) fn switch_force(&mut self, is_typing: bool) {
+        if is_typing && (self.panel.is_force_off || self.held.monitor.is_none()) {
+            return;
+        }
+        self.panel.is_force_off = !self.panel.is_force_off;
+        self.potter.status().switch_force_off(self.panel.is_force_off);
+    }
+
+    pub(super) fn moved(&mut self, to: Vec2) {
+        let by = to - self.cursor;
+        self.cursor = to;
+        let Some(stage) = &self.stage else { return };
+        let size = stage.window.inner_size();
+        if self.turning_view {
+            self.camera.azimuth_rad -= by.x * 0.008;
+            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
+        }
+        let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
+        self.hand.point_to(Some(ndc));
+    }
+
+    /// One finger is the mouse with its left button down; others are left alone.
+    pub(super) fn touched(&mut self, touch: &Touch) {
+        if self.finger.is_some_and(|finger| finger != touch.id) {
+            return;
+        }
+        let is_down = matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved);
+        self.finger = is_down.then_some(touch.id);
+        self.moved(Vec2::new(touch.location.x as f32, touch.location.y as f32));
+        self.hand.press_button(is_down);
+        if !is_down {
+            self.hand.point_to(None);
+        }
+    }
+
+    pub(super) fn scrolled(&mut self, lines: f32) {
+        if self.modifiers.control_key() {
+            self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 2.0);
+        } else if self.modifiers.shift_key() {
+            self.panel.holding.turn(2, lines * TURN_STEP_DEG);
+        } else if self.modifiers.alt_key() {
+            self.panel.holding.turn(1, lines * LEAN_STEP_DEG);
+        } else {
+            self.hand.push(lines * PUSH_STEP_M);
+        }
+    }
+}
