@@ -7,14 +7,28 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 use glam::Vec3;
-use pottery_shared::haptics::Fault;
+use pottery_shared::haptics::{Fault, Guidance, Guided};
 use pottery_shared::prediction::Patch;
 use pottery_shared::tool::ToolSample;
+use pottery_shared::units::Tick;
 
 use crate::sound::Rub;
 
 /// Samples the ring holds: the network may stall for four seconds.
 const RING_SAMPLES: usize = 4096;
+/// News of a teacher's hand that the other ring holds: a second of them.
+const RING_NEWS: usize = 128;
+
+/// What the hand hears of a teacher, or of being one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GuideNews {
+    /// A teacher guides it, otherwise than before, or no longer.
+    Guided(Option<Guidance>),
+    /// It leads a student's hand, or no longer.
+    Leads(bool),
+    /// The teacher's tool was somewhere, m, at a tick.
+    Teacher(Tick, Vec3),
+}
 
 /// What both sides may read at any time; each field is written by one side only.
 #[derive(Debug, Default)]
@@ -25,6 +39,10 @@ pub struct Status {
     lifted: AtomicBool,
     /// The person wants no force; written by the owner.
     force_off: AtomicBool,
+    /// The student wants no guidance, until the next begins; written by the owner.
+    unguided: AtomicBool,
+    /// The tool points and presses nothing; written by the owner.
+    pointing: AtomicBool,
     /// Force on the hand, N, as bits; written by the 1 kHz thread, as all that follows.
     force_n: AtomicU32,
     elements: AtomicU32,
@@ -33,9 +51,26 @@ pub struct Status {
     fault: AtomicU32,
     /// The tool's centre, m, as bits; not a number while there is no tool in hand.
     tool_m: [AtomicU32; 3],
+    /// The teacher's tool as it is felt, m, as bits; not a number while there is none.
+    teacher_m: [AtomicU32; 3],
+    /// How the hand is guided: m, from 0 to 1, N and s, as bits; not a number while it is not.
+    guided: [AtomicU32; 4],
     ticks: AtomicU64,
     late_ticks: AtomicU64,
     lost_samples: AtomicU64,
+}
+
+/// How a hand is guided, as it is shown; its figures may be a tick apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidedFigures {
+    /// How far the device is from the teacher's tool, m.
+    pub error_m: f32,
+    /// How much help is left while being led, 0 to 1.
+    pub assistance: f32,
+    /// The force of guidance, N.
+    pub force_n: f32,
+    /// How old the teacher's place is, s.
+    pub late_s: f32,
 }
 
 impl Status {
@@ -67,6 +102,58 @@ impl Status {
     #[must_use]
     pub fn is_force_off(&self) -> bool {
         self.force_off.load(Ordering::Relaxed)
+    }
+
+    /// Ends being guided in the next tick, whatever the network does; the next order to guide begins anew.
+    pub fn end_guidance(&self) {
+        self.unguided.store(true, Ordering::Relaxed);
+    }
+
+    pub(crate) fn is_unguided(&self) -> bool {
+        self.unguided.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn begin_guidance(&self) {
+        self.unguided.store(false, Ordering::Relaxed);
+    }
+
+    /// Points with the tool from now on, without pressing, or presses again.
+    pub fn point(&self, points: bool) {
+        self.pointing.store(points, Ordering::Relaxed);
+    }
+
+    /// Whether the tool points and presses nothing.
+    #[must_use]
+    pub fn is_pointing(&self) -> bool {
+        self.pointing.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn note_guided(&self, guided: Option<Guided>) {
+        let teacher_m = guided.and_then(|guided| guided.teacher_m).unwrap_or(Vec3::NAN);
+        for (stored, along) in self.teacher_m.iter().zip(teacher_m.to_array()) {
+            stored.store(along.to_bits(), Ordering::Relaxed);
+        }
+        let figures =
+            guided.map_or([f32::NAN; 4], |guided| [guided.error_m, guided.assistance, guided.force_n, guided.late.0]);
+        for (stored, figure) in self.guided.iter().zip(figures) {
+            stored.store(figure.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// Where the teacher's tool is felt and drawn, m, while one guides this hand.
+    #[must_use]
+    pub fn teacher_m(&self) -> Option<Vec3> {
+        let along = |axis: usize| f32::from_bits(self.teacher_m[axis].load(Ordering::Relaxed));
+        let at_m = Vec3::new(along(0), along(1), along(2));
+        at_m.is_finite().then_some(at_m)
+    }
+
+    /// How the hand is guided, while it is.
+    #[must_use]
+    pub fn guided(&self) -> Option<GuidedFigures> {
+        let [error_m, assistance, force_n, late_s] =
+            [0, 1, 2, 3].map(|figure| f32::from_bits(self.guided[figure].load(Ordering::Relaxed)));
+        (!error_m.is_nan()).then_some(GuidedFigures { error_m, assistance, force_n, late_s })
     }
 
     pub(crate) fn note_tick(&self, force_n: f32, elements: u32, fault: Option<Fault>) {
@@ -167,6 +254,7 @@ impl Status {
 pub struct HandSide {
     pub(crate) samples: rtrb::Producer<ToolSample>,
     pub(crate) patches: triple_buffer::Output<Patch>,
+    pub(crate) guide: rtrb::Consumer<GuideNews>,
     pub(crate) status: Arc<Status>,
 }
 
@@ -175,6 +263,7 @@ pub struct HandSide {
 pub struct NetSide {
     samples: rtrb::Consumer<ToolSample>,
     patches: triple_buffer::Input<Patch>,
+    guide: rtrb::Producer<GuideNews>,
     status: Arc<Status>,
 }
 
@@ -190,6 +279,14 @@ impl NetSide {
         self.patches.publish();
     }
 
+    /// Tells the hand of a teacher; false when it has not listened for a second, and what is told is lost.
+    pub fn tell(&mut self, news: GuideNews) -> bool {
+        if matches!(news, GuideNews::Guided(Some(_))) {
+            self.status.begin_guidance();
+        }
+        self.guide.push(news).is_ok()
+    }
+
     /// What both sides may read.
     #[must_use]
     pub fn status(&self) -> &Status {
@@ -202,9 +299,11 @@ impl NetSide {
 pub fn boundary(patch: &Patch) -> (HandSide, NetSide) {
     let (producer, consumer) = rtrb::RingBuffer::new(RING_SAMPLES);
     let (input, output) = triple_buffer::TripleBuffer::new(patch).split();
+    let (tells, guide) = rtrb::RingBuffer::new(RING_NEWS);
     let status = Arc::new(Status::default());
+    status.note_guided(None);
     (
-        HandSide { samples: producer, patches: output, status: Arc::clone(&status) },
-        NetSide { samples: consumer, patches: input, status },
+        HandSide { samples: producer, patches: output, guide, status: Arc::clone(&status) },
+        NetSide { samples: consumer, patches: input, guide: tells, status },
     )
 }

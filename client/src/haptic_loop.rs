@@ -14,7 +14,7 @@ use pottery_shared::prediction::Hand;
 use pottery_shared::tool::{Position, Tool, ToolSample};
 use pottery_shared::units::{Seconds, Tick};
 
-use crate::boundary::HandSide;
+use crate::boundary::{GuideNews, HandSide};
 use crate::device::Device;
 use crate::pacing::{LoopRate, Pacing, wait_until};
 use crate::sound::Rub;
@@ -23,6 +23,8 @@ use crate::sound::Rub;
 const NS_MAX: u64 = 1_000_000_000;
 /// Own samples replayed on a patch in one tick, besides the tick's own.
 const CATCH_UP_BUDGET: usize = 4;
+/// News of a teacher taken in in one turn: they come some sixty times a second.
+const NEWS_BUDGET: usize = 8;
 
 /// Everything one hand needs in its thread.
 pub struct HapticLoop {
@@ -120,10 +122,14 @@ impl HapticLoop {
     pub fn tick(&mut self, local: u64) {
         let (reported, tool, dt) = self.read(local * self.rate.turns_a_tick());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
+        self.follow_teacher(stamp, dt);
         match self.haptics.accept(reported, self.device.velocity(), dt) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
-                self.felt = self.press(stamp, tool, centre, dt);
+                self.felt = match self.side.status.is_pointing() {
+                    true => self.point(stamp, tool, centre),
+                    false => self.press(stamp, tool, centre, dt),
+                };
             }
             // the lead went back by a tick: what was felt then is felt on
             Some(_) => {}
@@ -137,7 +143,24 @@ impl HapticLoop {
             self.force_mn.saturating_record((newtons * 1e3) as u64);
         }
         self.side.status.note_tick(newtons, self.felt.elements, self.haptics.fault());
+        self.side.status.note_guided(self.haptics.guided());
         self.catch_up();
+    }
+
+    /// Takes in what is heard of a teacher; who has ended guidance does not wait for anybody to agree.
+    fn follow_teacher(&mut self, stamp: Tick, dt: Seconds) {
+        for _ in 0..NEWS_BUDGET {
+            match self.side.guide.pop() {
+                Ok(GuideNews::Guided(guidance)) => self.haptics.guide(guidance),
+                Ok(GuideNews::Leads(leads)) => self.haptics.lead(leads),
+                Ok(GuideNews::Teacher(tick, at_m)) => self.haptics.hear_teacher(tick, at_m),
+                Err(_) => break,
+            }
+        }
+        if self.side.status.is_unguided() && self.haptics.guided().is_some() {
+            self.haptics.guide(None);
+        }
+        self.haptics.follow_teacher(stamp, dt);
     }
 
     /// Does a turn of the loop, counted at its rate: a tick, or what lies between two.
@@ -149,6 +172,9 @@ impl HapticLoop {
     /// Reads the device between two ticks and gives the force of the clay as it is.
     fn between(&mut self, turn: u64) {
         let (reported, tool, dt) = self.read(turn);
+        if let Some(last) = self.last_stamp {
+            self.follow_teacher(last, dt);
+        }
         match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
             // nothing was pressed yet, and nothing is felt
             (Some(_), None) => {}
@@ -193,6 +219,12 @@ impl HapticLoop {
         let has_proxy = self.haptics.stages().proxy;
         let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
         ToolSample { tick, tool, orientation: self.device.orientation(), centre, side }
+    }
+
+    /// What is felt of the clay by a tool that presses nothing.
+    fn point(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
+        self.last_centre = None;
+        Felt { force_n: self.feel(tick, tool, centre), ..Felt::default() }
     }
 
     /// The force between two ticks.

@@ -14,6 +14,7 @@
 //! | drag | friction along wet clay, by slip ([`Wet`]) | Kikuuwe and others 2006; Locat and Demers 1988 |
 //! | coupling | `K·(x_p − x_d) + B·(v_p − v_d)` ([`Coupling`]) | Colgate, Stanley and Brown 1995; Colgate and Schenkel 1997 |
 //! | correction | what corrected clay changes comes at 5 to 20 N/s | force limen of 7 to 10 % |
+//! | guidance | a teacher's hand on this one ([`Guidance`]) | Emken, Benitez and Reinkensmeyer 2007; Lee and Choi 2010 |
 //! | passivity | observer and controller, with the delay accounted for | Hannaford and Ryu 2002 |
 //! | ramp | after a pause the force comes at 100 N/s | chosen |
 //! | limit | no longer than the device's peak, direction kept | the device |
@@ -24,6 +25,8 @@ mod coupling;
 mod drag;
 mod ease;
 mod gate;
+mod given;
+mod guidance;
 mod passivity;
 mod proxy;
 mod specs;
@@ -36,12 +39,14 @@ use crate::units::{Seconds, Tick};
 pub use coupling::Coupling;
 pub use drag::Wet;
 pub use gate::Fault;
+pub use guidance::{Guidance, GuidanceMode, Guided};
 pub use proxy::Touch;
 pub use specs::{DevicePreset, DeviceSpecs, PRESETS, SpecsError};
 pub use velocity::VelocityEstimate;
 
 use ease::{Correction, Ramp};
 use gate::Gate;
+use guidance::Guide;
 use passivity::Passivity;
 use proxy::Proxy;
 
@@ -52,6 +57,8 @@ pub struct Stages {
     pub proxy: bool,
     /// The proxy is dragged along by clay that goes by.
     pub drag: bool,
+    /// A teacher's hand is felt.
+    pub guidance: bool,
     /// Passivity observer and controller.
     pub passivity: bool,
     /// Corrected clay is blended in.
@@ -64,11 +71,25 @@ pub struct Stages {
 
 impl Stages {
     /// All of them, as the studio runs.
-    pub const WHOLE: Self =
-        Self { proxy: true, drag: true, passivity: true, correction: true, ramp: true, low_pass_hz: None };
+    pub const WHOLE: Self = Self {
+        proxy: true,
+        drag: true,
+        guidance: true,
+        passivity: true,
+        correction: true,
+        ramp: true,
+        low_pass_hz: None,
+    };
     /// None: the tool is pressed exactly where the device says and the clay's own force is felt.
-    pub const EXACT: Self =
-        Self { proxy: false, drag: false, passivity: false, correction: false, ramp: false, low_pass_hz: None };
+    pub const EXACT: Self = Self {
+        proxy: false,
+        drag: false,
+        guidance: false,
+        passivity: false,
+        correction: false,
+        ramp: false,
+        low_pass_hz: None,
+    };
     /// As the original program rendered: the method's force through a filter of 10 Hz.
     pub const ORIGINAL: Self = Self { low_pass_hz: Some(10.0), ..Self::EXACT };
 }
@@ -112,11 +133,14 @@ pub struct Haptics {
     delay: Seconds,
     gate: Gate,
     proxy: Proxy,
+    guide: Guide,
     passivity: Passivity,
     correction: Correction,
     ramp: Ramp,
     filtered_n: Vec3,
     device: Motion,
+    /// Where the tool is meant to be: where the device is, unless a teacher holds it as well.
+    goal_m: Vec3,
     followed: VelocityEstimate,
     dt: Seconds,
 }
@@ -143,19 +167,22 @@ impl Haptics {
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let Setup { specs, stages, felt_share, coupling, delay, period } = setup;
+        let coupling = coupling.unwrap_or_else(|| Coupling::tuned(&specs, period, delay));
         Self {
             specs: specs.checked(),
             stages,
             felt_share,
-            coupling: coupling.unwrap_or_else(|| Coupling::tuned(&specs, period, delay)),
+            coupling,
             delay,
             gate: Gate::default(),
             proxy: Proxy::default(),
+            guide: Guide::new(&specs, &coupling, period, delay),
             passivity: Passivity::default(),
             correction: Correction::default(),
             ramp: Ramp::default(),
             filtered_n: Vec3::ZERO,
             device: Motion::default(),
+            goal_m: Vec3::ZERO,
             followed: VelocityEstimate::default(),
             dt: Tick::PERIOD,
         }
@@ -189,12 +216,45 @@ impl Haptics {
             return None;
         };
         self.device.follow(device_m, specs.resolution_m, velocity_m_s, self.dt);
+        if self.guide.lifts() {
+            self.proxy.forget();
+            self.withhold();
+            return None;
+        }
+        let goal_m = self.guide.goal(device_m, self.dt, self.delay);
+        self.goal_m = goal_m;
         let at_m = if self.stages.proxy {
-            self.proxy.follow(device_m, &self.coupling, specs.peak_force_n, self.dt)
+            self.proxy.follow(goal_m, &self.coupling, specs.peak_force_n, self.dt)
         } else {
-            device_m
+            goal_m
         };
         Position::nearest(at_m)
+    }
+
+    /// Begins to be guided by a teacher, goes on in another way, or ends; without the stage nothing comes of it.
+    pub fn guide(&mut self, guidance: Option<Guidance>) {
+        self.guide.order(guidance.filter(|_| self.stages.guidance));
+    }
+
+    /// Says that this hand leads another, or no longer: it then feels the damper that pays for what the other feels.
+    pub const fn lead(&mut self, leads: bool) {
+        self.guide.lead(leads && self.stages.guidance);
+    }
+
+    /// Takes in where the teacher's tool was at a tick, m; late, lost and in any order, and whatever is no place is left out.
+    pub fn hear_teacher(&mut self, tick: Tick, at_m: Vec3) {
+        self.guide.hear(tick, at_m);
+    }
+
+    /// Goes on to the hand's own tick `now`, `dt` after the last turn, before [`Haptics::accept`].
+    pub fn follow_teacher(&mut self, now: Tick, dt: Seconds) {
+        self.guide.pass(now, dt);
+    }
+
+    /// How this hand is guided, while it is.
+    #[must_use]
+    pub fn guided(&self) -> Option<Guided> {
+        self.guide.guided()
     }
 
     /// Where the tool is that presses the clay, m: what is to be drawn. `None` while there is none.
@@ -215,16 +275,18 @@ impl Haptics {
         if !(touch.force_n.is_finite() && touch.penetration_m.is_finite()) {
             self.gate.fail(Fault::Force);
         }
-        let (Ok(specs), None, Some(device_m)) = (self.specs, self.gate.fault(), self.device.at_m) else {
+        let (Ok(specs), None, Some(_)) = (self.specs, self.gate.fault(), self.device.at_m) else {
             self.rest();
             return Vec3::ZERO;
         };
-        let model_n = self.coupled(touch, device_m).clamp_length_max(specs.peak_force_n);
-        let mut force_n = self.filter(model_n);
+        let coupled_n = self.coupled(touch).clamp_length_max(specs.peak_force_n);
+        let mut clay_n = self.filter(coupled_n);
         if self.stages.correction {
             let moved_n = self.device.moved_m * self.coupling.stiffness_n_m;
-            force_n = self.correction.blend(force_n, self.proxy.normal(), moved_n, self.dt);
+            clay_n = self.correction.blend(clay_n, self.proxy.normal(), moved_n, self.dt);
         }
+        let mut force_n = self.guide.felt(clay_n, self.device.estimated_m_s, self.dt);
+        let model_n = force_n + (coupled_n - clay_n) * self.guide.own_share();
         if self.stages.passivity {
             let damping = (specs.damping_ns_m, specs.damping_max_ns_m);
             force_n += self.passivity.control(model_n, self.device.estimated_m_s, (self.dt, self.delay), damping);
@@ -238,21 +300,23 @@ impl Haptics {
     }
 
     /// The coupling's force, or the clay's own where there is no proxy.
-    fn coupled(&mut self, touch: &Touch, device_m: Vec3) -> Vec3 {
+    fn coupled(&mut self, touch: &Touch) -> Vec3 {
         if !self.stages.proxy {
             return touch.force_n * self.felt_share;
         }
         let wet = touch.wet.filter(|_| self.stages.drag);
         self.proxy.meet(&Touch { wet, ..*touch }, self.felt_share);
-        let at_m = self.proxy.at_m().unwrap_or(device_m);
-        let velocity_m_s = self.followed.follow(at_m, self.dt) - self.device.velocity_m_s;
+        let goal_m = self.goal_m;
+        let at_m = self.proxy.at_m().unwrap_or(goal_m);
+        let goal_m_s = self.guide.goal_velocity(self.device.velocity_m_s);
+        let velocity_m_s = self.followed.follow(at_m, self.dt) - goal_m_s;
         let Coupling { stiffness_n_m, damping_ns_m } = self.coupling;
         let is_touching = touch.force_n != Vec3::ZERO;
         if !is_touching && self.proxy.is_free(&self.coupling) {
             // stopped before clay that it does not touch: there is nothing to feel
             return Vec3::ZERO;
         }
-        (at_m - device_m) * stiffness_n_m + velocity_m_s * if is_touching { damping_ns_m } else { 0.0 }
+        (at_m - goal_m) * stiffness_n_m + velocity_m_s * if is_touching { damping_ns_m } else { 0.0 }
     }
 
     fn filter(&mut self, force_n: Vec3) -> Vec3 {
@@ -265,6 +329,7 @@ impl Haptics {
     /// Notes that the force was not given, since the person wants none: the proxy goes on working the clay, and the force comes back
     /// by the ramp.
     pub fn withhold(&mut self) {
+        self.guide.rest();
         self.passivity.forget();
         self.correction.forget();
         self.ramp.forget();

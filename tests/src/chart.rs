@@ -12,6 +12,7 @@ pub mod csv;
 pub mod entrant;
 pub mod extent;
 pub mod force;
+pub mod guidance;
 pub mod helix;
 mod index;
 pub mod lathe;

@@ -5,7 +5,9 @@
 
 mod bench;
 mod felt;
+mod guided;
 mod jolts;
+mod lesson;
 mod list;
 mod mechanism;
 mod plane;
@@ -14,6 +16,8 @@ use std::path::Path;
 
 use crate::chart::ChartError;
 use crate::failures::{self, Outcome};
+pub use guided::{GuidanceFigures, measure_guidance};
+pub use lesson::{Fate, Learnt, Lesson, WAYS, give};
 pub use list::SCENARIOS;
 pub use mechanism::{Grip, Mechanism};
 pub use plane::{PlanePoint, bound_n_m, measure_plane, stable_stiffness_n_m};

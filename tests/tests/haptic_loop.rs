@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use pottery_client::HapticLoop;
-use pottery_client::boundary::{NetSide, boundary};
+use pottery_client::boundary::{GuideNews, NetSide, boundary};
 use pottery_client::device::{
     Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Pace, Port, Reading, Reported, pointer,
 };
 use pottery_client::sound::Rub;
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
-use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics, Setup, Stages};
+use pottery_shared::haptics::{DeviceSpecs, Fault, Guidance, GuidanceMode, Haptics, Setup, Stages};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample, rack};
 use pottery_shared::units::{Rpm, Tick};
@@ -127,6 +127,12 @@ fn tick_allocates_nothing() {
                 495 => Some(Vec3::NAN),
                 _ => Some(pressing(tick)),
             };
+            if tick % 16 == 3 {
+                // a teacher takes over, leads and lets go
+                let mode = GuidanceMode::ALL[(tick / 300) as usize % 5];
+                bench.net.tell(GuideNews::Guided((tick % 900 > 99).then_some(Guidance::new(mode, 1.0))));
+                bench.net.tell(GuideNews::Teacher(Tick(bench.local), pressing(tick + 50)));
+            }
             if tick % 100 == 7 {
                 let through = Tick(bench.local.saturating_sub(20));
                 bench.net.publish(|patch| patch.field = Field::new(Pot::new(PotSpec::default()).unwrap(), through));

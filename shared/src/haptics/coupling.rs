@@ -20,7 +20,7 @@ pub struct Coupling {
 
 impl Coupling {
     /// Damping that even a light hand adds to the device's own, N·s/m. Chosen: a quarter of the standard hand's 4.1.
-    const HAND_NS_M: f32 = 1.0;
+    pub(super) const HAND_NS_M: f32 = 1.0;
     /// Share of the theoretical bound that is used.
     const SHARE: f32 = 0.8;
 

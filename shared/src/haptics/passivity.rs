@@ -6,10 +6,8 @@
 use glam::Vec3;
 
 use super::VelocityEstimate;
+use super::given::Given;
 use crate::units::Seconds;
-
-/// Most ticks of delay that it can account for.
-const DELAY_TICKS_MAX: usize = 64;
 
 /// Time-domain passivity control (Hannaford and Ryu 2002), observing against the model's own energy as reference (Ryu, Preusche,
 /// Hannaford and Hirzinger 2005).
@@ -21,23 +19,14 @@ const DELAY_TICKS_MAX: usize = 64;
 ///
 /// v and both forces go through the low-pass of [`VelocityEstimate`]: a place that flickers by a step of the encoder is no
 /// movement, and damping it would shake the hand. What trembles at 80 Hz counts half.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Passivity {
-    /// Forces given, a ring; the newest stands before `next`.
-    given_n: [Vec3; DELAY_TICKS_MAX + 1],
-    next: usize,
+    given: Given,
     wanted_n: Vec3,
     /// The force that acted less that of the model, filtered.
     excess_n: Vec3,
     /// Energy that was fed to the hand and not taken back, J.
     owed_j: f32,
-}
-
-impl Default for Passivity {
-    fn default() -> Self {
-        let given_n = [Vec3::ZERO; DELAY_TICKS_MAX + 1];
-        Self { given_n, next: 0, wanted_n: Vec3::ZERO, excess_n: Vec3::ZERO, owed_j: 0.0 }
-    }
 }
 
 impl Passivity {
@@ -55,8 +44,7 @@ impl Passivity {
         (dt, delay): (Seconds, Seconds),
         (own_ns_m, most_ns_m): (f32, f32),
     ) -> Vec3 {
-        let late = libm::roundf(delay.0 / dt.0).clamp(0.0, (DELAY_TICKS_MAX - 1) as f32) as usize;
-        let acted_n = self.given_n[(self.next + DELAY_TICKS_MAX - late) % (DELAY_TICKS_MAX + 1)];
+        let acted_n = self.given.acted(dt, delay);
         let model_n = 0.5 * (wanted_n + self.wanted_n);
         self.wanted_n = wanted_n;
         self.excess_n += (acted_n - model_n - self.excess_n) * VelocityEstimate::share(dt);
@@ -71,8 +59,7 @@ impl Passivity {
 
     /// Notes what is given to the device in this tick.
     pub(super) const fn note(&mut self, given_n: Vec3) {
-        self.given_n[self.next] = given_n;
-        self.next = (self.next + 1) % (DELAY_TICKS_MAX + 1);
+        self.given.note(given_n);
     }
 
     /// Forgets everything, since there is no force.

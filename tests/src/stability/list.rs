@@ -6,7 +6,7 @@
 use pottery_shared::clay::MethodKind::{self, Improved, Original};
 
 use super::mechanism::Grip;
-use super::{felt, jolts};
+use super::{felt, guided, jolts};
 use crate::failures::{Bound, Scenario};
 
 const NONE: &[MethodKind] = &[];
@@ -172,5 +172,60 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "a hand tells directions of force apart from 20° on; a limit axis by axis would turn it by 30°",
         fails: NONE,
         measure: jolts::saturation,
+    },
+    Scenario {
+        name: "a teacher guides a hand through 100 ms there and back, 40 ms of jitter and 5 % of loss",
+        figure: "least of what was granted and the teacher has given, less the work on the student's hand",
+        unit: "mJ",
+        bound: Bound::AtLeast(-1.0),
+        reason: "30 mJ are granted a lead and the teacher pays for the rest; a millijoule is on its way to a late device",
+        fails: NONE,
+        measure: guided::energy,
+    },
+    Scenario {
+        name: "the teacher stops, vanishes, jumps by 50 mm or is no number",
+        figure: "least of what was granted and the teacher has given, less the work on the student's hand",
+        unit: "mJ",
+        bound: Bound::AtLeast(-1.0),
+        reason: "the same, whatever becomes of her",
+        fails: NONE,
+        measure: guided::odd_energy,
+    },
+    Scenario {
+        name: "the same teacher",
+        figure: "largest rise of force in a tick",
+        unit: "N",
+        bound: Bound::AtMost(0.1),
+        reason: "a tenth of a newton is not told apart; what her tool does comes over tens of milliseconds, and goes at once",
+        fails: NONE,
+        measure: guided::odd_jolt,
+    },
+    Scenario {
+        name: "a hand is guided as strongly as can be",
+        figure: "largest force of guidance over a quarter of the device's",
+        unit: "",
+        // a force in f32 is known to 2e-7 of it
+        bound: Bound::AtMost(1.000_001),
+        reason: "whoever holds against it wins: a hand gives tens of newtons, and three quarters are left for the clay",
+        fails: NONE,
+        measure: guided::strength,
+    },
+    Scenario {
+        name: "a student ends guidance while the teacher goes on",
+        figure: "ticks until there is no force",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "as for a fault: the student's word counts before anybody else has heard it",
+        fails: NONE,
+        measure: guided::ticks_to_end,
+    },
+    Scenario {
+        name: "a light hand is led with half the strength",
+        figure: "how far its tool is from the teacher's, over one that only sees her",
+        unit: "",
+        bound: Bound::AtMost(0.8),
+        reason: "a fifth nearer is seen; the published programs guide nobody",
+        fails: PUBLISHED,
+        measure: guided::help,
     },
 ];

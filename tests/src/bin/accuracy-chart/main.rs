@@ -8,6 +8,7 @@ mod dent;
 mod failures;
 mod finite_elements;
 mod fit;
+mod guidance;
 mod stability;
 mod transform;
 
@@ -28,6 +29,8 @@ Examples:
       which method kicks, sinks, loses clay or breaks, and by how much
   accuracy-chart stability --out stability
       which method trembles in a hand, gives energy back or jolts, and how stiff it may be at which delay
+  accuracy-chart guidance --out guidance
+      what a student feels of a teacher through a bad network, and how much nearer it brings the tool
   accuracy-chart transform --out transform
       what a picture costs with vertices made by the processor, as the paper's original did, and by the graphics card
   accuracy-chart fit
@@ -56,6 +59,8 @@ enum Command {
     Failures(failures::FailuresFlags),
     /// Put every method into simulated hands, and print and write how firmly they can hold on
     Stability(stability::StabilityFlags),
+    /// Give every way of guidance to simulated students, and print and write what it helps
+    Guidance(guidance::GuidanceFlags),
     /// Draw a pot that is being pressed, with its vertices made by the processor and by the graphics card
     Transform(transform::TransformFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
@@ -74,6 +79,7 @@ fn main() -> ExitCode {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
         (Some(Command::Failures(flags)), _) => failures::run(&flags),
         (Some(Command::Stability(flags)), _) => stability::run(&flags),
+        (Some(Command::Guidance(flags)), _) => guidance::run(&flags),
         (Some(Command::Transform(flags)), _) => transform::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Fit(flags)), _) => fit::run(&flags),
