@@ -25,6 +25,8 @@ mod shader;
 mod sharpness;
 mod solid;
 mod turntable;
+mod water;
+mod water_map;
 
 pub use camera::Camera;
 pub use finish::Finish;
@@ -37,3 +39,4 @@ pub use scene::{Scene, ToolView};
 pub use shader::{MODULES, ShaderText};
 pub use sharpness::Sharpness;
 pub use turntable::turntable;
+pub use water::{Water, WetHand};

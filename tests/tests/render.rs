@@ -329,6 +329,7 @@ fn tools_show_in_their_colour_where_they_are() {
         centre_m: Vec3::new(-0.11, -0.03, 0.10),
         colour: [0.0, 0.6, 0.1],
         touching: false,
+        clay_m: None,
     };
     let tools = [
         ball,
@@ -367,6 +368,7 @@ fn a_tool_of_facets_shows_as_it_is_held() {
                 centre_m: Vec3::new(0.1, 0.0, 0.1),
                 colour: [0.0, 0.9, 0.1],
                 touching: true,
+                clay_m: None,
             })
             .collect();
         let drawn = scene_of(&views, &rack);

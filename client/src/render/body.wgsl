@@ -42,13 +42,51 @@ fn fired(position_m: vec3<f32>, groove: f32, streak: f32, inside: bool, matter: 
     (*matter).blur = mix(0.60, 0.045, min(glass, 1.0)) + bend;
 }
 
-// `hollow_mm` is positive in a groove, `streak` runs from −1 to 1.
+// Where a person sees how far a tool is from the clay: a ring about the place that it would touch, wider than the tool by as much
+// as it is far, and a seam round it while it touches. Colour, and how much of it.
+fn tool_mark(position_m: vec3<f32>, pixel_m: f32) -> vec4<f32> {
+    var mark = vec4<f32>(0.0);
+    for (var at = 0u; at < frame.tools; at++) {
+        let tool = frame.tool[at];
+        if tool.touching == 0.0 {
+            continue;
+        }
+        let away = length(tool.centre_m - position_m);
+        var share = 0.0;
+        if tool.touching > 0.0 {
+            let beyond = away - tool.radius_m;
+            share = 0.75 * (1.0 - smoothstep(0.0012, 0.0035 + pixel_m, beyond));
+        } else {
+            let nearest = -tool.touching;
+            let gap = max(nearest - tool.radius_m, 0.0);
+            let aside = sqrt(max(away * away - nearest * nearest, 0.0));
+            let line = 0.0007 + 0.5 * pixel_m;
+            let ring = 1.0 - smoothstep(line, 2.0 * line, abs(aside - (tool.radius_m + 0.002 + 0.5 * gap)));
+            share = 0.8 * ring * (1.0 - smoothstep(0.03, 0.06, gap));
+        }
+        mark = select(mark, vec4<f32>(tool.colour, share), share > mark.w);
+    }
+    return mark;
+}
+
+// Share of its look that wet clay keeps when it has dried.
+const DRIED: f32 = 0.30;
+
+// Water on the wall where no map of it is at hand: on the rim, and pooled on the floor.
+fn water_at_rim(position_m: vec3<f32>) -> f32 {
+    let turn = atan2(position_m.y, position_m.x) - atan2(frame.wheel.y, frame.wheel.x);
+    return textureSampleLevel(water, water_filter, vec2<f32>(1.0, turn / 6.2831853), 0.0).x;
+}
+
+// `hollow_mm` is positive in a groove, `streak` runs from −1 to 1, `damp` is the water on the clay, 0 to 1.
 //
 // Asks for the normals of neighbouring pixels: call it in uniform control flow.
-fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, inside: bool) -> vec3<f32> {
+fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, damp: f32, inside: bool) -> vec3<f32> {
     // a bend within the pixel spreads what it mirrors, or thin crests would sparkle
     let bend = length(fwidth(normal));
-    let wet = frame.wetness;
+    let pixel_m = length(fwidth(position_m));
+    // it dries from the ridges down, so that its edge is ragged
+    let wet = frame.wetness * mix(DRIED, 1.0, smoothstep(0.0, 1.0, damp + 0.10 * streak * (1.0 - damp)));
     let groove = clamp(hollow_mm * 2.2, -1.0, 1.0);
     var albedo = mix(DRY_CLAY, WET_CLAY, wet);
     // slip gathers where fingers left it; ridges rub paler
@@ -76,5 +114,6 @@ fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, i
         // the wheel head takes half the sky from the foot and throws its shade back
         matter.openness *= 1.0 - 0.5 * exp(-position_m.z / 0.018);
     }
-    return shaded(matter);
+    let mark = tool_mark(position_m, pixel_m);
+    return mix(shaded(matter), mark.xyz * 1.4 + 0.05, mark.w);
 }

@@ -35,6 +35,7 @@ fn wall_fragment(wall: Wall) -> @location(0) vec4<f32> {
     let span = max(spans.x, spans.y);
     let normal = normalize(mix(detailed, wall.normal, smoothstep(1.5, 4.0, span)));
     let hollow = skin.facing * known.z;
+    let damp = textureSample(water, water_filter, texel).x;
     let inside = skin.facing < 0.0;
-    return pixel_from(clay(wall.position_m, normal, hollow, known.w, inside));
+    return pixel_from(clay(wall.position_m, normal, hollow, known.w, damp, inside));
 }

@@ -26,6 +26,7 @@ pub(super) struct ToolUniform {
     centre_m: [f32; 3],
     radius_m: f32,
     colour: [f32; 3],
+    /// 1 while it touches; less than 0 while it does not: minus the distance from its centre to the clay, m; 0 when that is not told.
     touching: f32,
     turn: [f32; 4],
 }
@@ -176,7 +177,10 @@ impl FrameUniform {
                 centre_m: view.centre_m.to_array(),
                 radius_m: radius_m(scene, view.tool).max(1e-5),
                 colour: view.colour,
-                touching: f32::from(u8::from(view.touching)),
+                touching: match (view.touching, view.clay_m) {
+                    (true, _) => 1.0,
+                    (false, clay_m) => -clay_m.filter(|clay_m| clay_m.is_finite()).unwrap_or(0.0).max(0.0),
+                },
                 turn: view.turn.normalize().to_array(),
             };
         }

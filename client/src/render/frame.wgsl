@@ -5,6 +5,7 @@ struct Tool {
     centre_m: vec3<f32>,
     radius_m: f32,
     colour: vec3<f32>,
+    // 1 while it touches; below 0, minus the way from its centre to the nearest clay, m; 0 when that is not known
     touching: f32,
     // a unit quaternion
     turn: vec4<f32>,
@@ -40,6 +41,9 @@ struct Frame {
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
+// how much water is on the wall: across, from foot to rim, and down, round the pot
+@group(0) @binding(1) var water: texture_2d<f32>;
+@group(0) @binding(2) var water_filter: sampler;
 
 const EXPOSURE: f32 = 0.58;
 const OUTLINE: u32 = 8u;

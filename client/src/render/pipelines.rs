@@ -27,28 +27,37 @@ impl Layouts {
         };
         let filterable = |filterable| wgpu::TextureSampleType::Float { filterable };
         Self {
-            frame: layout("frame", &[uniform(0, both)]),
+            frame: layout(
+                "frame",
+                &[
+                    uniform(0, both),
+                    texture(1, wgpu::ShaderStages::FRAGMENT, filterable(true)),
+                    filter(2, wgpu::ShaderStages::FRAGMENT),
+                ],
+            ),
             skin: layout("skin", &[uniform(0, both), texture(1, both, filterable(false))]),
             relief: layout(
                 "relief",
-                &[
-                    texture(0, wgpu::ShaderStages::FRAGMENT, filterable(true)),
-                    wgpu::BindGroupLayoutEntry {
-                        binding: 1,
-                        visibility: wgpu::ShaderStages::FRAGMENT,
-                        ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-                        count: None,
-                    },
-                ],
+                &[texture(0, wgpu::ShaderStages::FRAGMENT, filterable(true)), filter(1, wgpu::ShaderStages::FRAGMENT)],
             ),
         }
     }
 
-    pub(super) fn bind_frame(&self, device: &wgpu::Device, uniform: &wgpu::Buffer) -> wgpu::BindGroup {
+    pub(super) fn bind_frame(
+        &self,
+        device: &wgpu::Device,
+        uniform: &wgpu::Buffer,
+        water: &wgpu::TextureView,
+        filter: &wgpu::Sampler,
+    ) -> wgpu::BindGroup {
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("frame"),
             layout: &self.frame,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(water) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(filter) },
+            ],
         })
     }
 
@@ -94,6 +103,15 @@ const fn uniform(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGrou
             has_dynamic_offset: false,
             min_binding_size: None,
         },
+        count: None,
+    }
+}
+
+const fn filter(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         count: None,
     }
 }

@@ -14,6 +14,7 @@ use super::mesh::{Meshes, Stride, mesh_columns};
 use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines};
 use super::readback::{RenderError, texels};
 use super::solid::Solids;
+use super::water_map::WaterMap;
 use super::{Gpu, Scene, ToolView};
 
 /// Vertices of the shapes that the shaders make up, as `scenery.wgsl`, `tool.wgsl` and `rim.wgsl` count them.
@@ -88,6 +89,7 @@ pub struct PotRenderer {
     pipelines: Pipelines,
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
+    water: WaterMap,
     grids: Vec<GridTextures>,
     skins: Vec<SkinDrawing>,
     meshes: Meshes,
@@ -116,7 +118,8 @@ impl PotRenderer {
         let layouts = Layouts::new(&device);
         let pipelines = Pipelines::new(&device, &layouts, color_format, samples);
         let frame = uniform_buffer::<FrameUniform>(&device, "frame");
-        let frame_group = layouts.bind_frame(&device, &frame);
+        let water = WaterMap::new(&device);
+        let frame_group = layouts.bind_frame(&device, &frame, &water.view, &water.filter);
         let grids: Vec<_> =
             pot.surfaces().iter().map(|surface| GridTextures::new(&device, &layouts, surface)).collect();
         let skins = pot.skins().into_iter().map(|skin| {
@@ -135,6 +138,7 @@ impl PotRenderer {
             pipelines,
             frame,
             frame_group,
+            water,
             grids,
             skins,
             meshes: Meshes::default(),
@@ -250,6 +254,7 @@ impl PotRenderer {
         let tools = frame::shown(scene);
         let frame = FrameUniform::new(scene, &tools, &self.outline, aspect, !self.format.is_srgb());
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        self.water.show(&self.queue, scene.water);
         let meshes = self.choose_meshes(scene, aspect, height);
         for grid in &mut self.grids {
             grid.refresh(encoder, &self.pipelines);

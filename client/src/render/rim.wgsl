@@ -43,7 +43,7 @@ fn lip_vertex(@builtin(vertex_index) vertex_index: u32) -> Lip {
 @fragment
 fn lip_fragment(lip: Lip) -> @location(0) vec4<f32> {
     let rub = -0.12;
-    return pixel_from(clay(lip.position_m, normalize(lip.normal), rub, 0.1, false));
+    return pixel_from(clay(lip.position_m, normalize(lip.normal), rub, 0.1, water_at_rim(lip.position_m), false));
 }
 
 struct Floor {
@@ -74,7 +74,7 @@ fn floor_fragment(floor_point: Floor) -> @location(0) vec4<f32> {
     let wave = sin(away * TURN / 0.009 + turned);
     let fade = smoothstep(0.0, 0.008, away);
     let normal = normalize(vec3<f32>(-at / max(away, 1e-4) * wave * 0.16 * fade, 1.0));
-    return pixel_from(clay(floor_point.position_m, normal, -0.1 * wave, 0.15 * wave, true));
+    return pixel_from(clay(floor_point.position_m, normal, -0.1 * wave, 0.15 * wave, 1.0, true));
 }
 
 // A drawing's face and no lit one: told from clay in any light, radiance.

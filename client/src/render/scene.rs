@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use pottery_shared::clay::Phase;
 use pottery_shared::tool::{ConvexTool, Tool};
 
-use super::{Camera, Finish};
+use super::{Camera, Finish, Water};
 
 /// One picture's worth of the studio.
 #[derive(Clone, Debug)]
@@ -19,8 +19,10 @@ pub struct Scene<'a> {
     pub tools: &'a [ToolView],
     /// The convex tools that [`ToolView::tool`] names. One that has been shown stays under its number in later scenes.
     pub rack: &'a [ConvexTool],
-    /// From 0, leather-hard, to 1, under a film of water.
+    /// How the clay looks where it is wet: from 0, leather-hard, to 1, under a film of water.
     pub wetness: f32,
+    /// Where it is wet and where it has dried; none for wet all over.
+    pub water: Option<&'a Water>,
     /// What the pot is shown as.
     pub finish: Finish,
     /// Whether the half of the pot that is nearer to the camera is cut away, to the column, so that its wall shows.
@@ -41,6 +43,7 @@ impl Default for Scene<'_> {
             tools: &[],
             rack: &[],
             wetness: 0.8,
+            water: None,
             finish: Finish::default(),
             is_cut: false,
         }
@@ -60,4 +63,6 @@ pub struct ToolView {
     pub colour: [f32; 3],
     /// Whether it presses into clay.
     pub touching: bool,
+    /// From its centre to the nearest clay, m, for the ring on the clay that tells how far it is; none shows no ring.
+    pub clay_m: Option<f32>,
 }

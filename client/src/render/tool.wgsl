@@ -69,7 +69,7 @@ fn ball_fragment(body: Body) -> @location(0) vec4<f32> {
     let facing = clamp(dot(normal, view), 0.0, 1.0);
     // light through the body of the ball, and a ring while it touches
     let glow = 0.08 + 0.25 * (1.0 - facing) * (1.0 - facing);
-    let ring = smoothstep(0.62, 0.40, facing) * tool.touching;
+    let ring = smoothstep(0.62, 0.40, facing) * max(tool.touching, 0.0);
     return pixel_from(radiance_of(body, normal, glow) + (tool.colour * 1.6 + 0.15) * ring);
 }
 
@@ -77,5 +77,5 @@ fn ball_fragment(body: Body) -> @location(0) vec4<f32> {
 fn facet_fragment(body: Body) -> @location(0) vec4<f32> {
     let tool = frame.tool[body.number];
     // a flat side has no rim to light up while it touches: all of it does
-    return pixel_from(radiance_of(body, normalize(body.normal), 0.08 + 0.15 * tool.touching));
+    return pixel_from(radiance_of(body, normalize(body.normal), 0.08 + 0.15 * max(tool.touching, 0.0)));
 }

@@ -4,9 +4,11 @@
 //! Invariant: whoever leaves has everything pressed confirmed and the recording written.
 
 mod app;
+mod depth;
 mod files;
 mod hand;
 mod holding;
+mod labels;
 mod lesson;
 mod overlay;
 mod panel;

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use glam::{Vec2, Vec3};
 use pottery_client::device::{Monitor, Pointer};
 use pottery_client::pot_file::PotFile;
-use pottery_client::render::{Camera, Scene, ToolView};
+use pottery_client::render::{Camera, Scene, ToolView, Water};
 use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
@@ -24,9 +24,11 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::WindowId;
 
+use super::depth::to_clay_m;
 use super::files::Files;
 use super::hand::Hand;
 use super::holding::Holding;
+use super::labels;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
 use super::panel::{self, History, Invitation, PanelState, Person, WETNESS};
@@ -50,6 +52,12 @@ const COLOURS: [[f32; 3]; 8] = [
 
 /// Largest share of the window's width beside which a pot is shown.
 const COVERS_MAX: f32 = 0.6;
+/// What clay loses of its wetness in a minute where it dries, and how often that is done: what is soft is stiff after half an hour, as in a
+/// warm room.
+const DRYING_PER_MINUTE: f32 = 0.01;
+const DRY_EVERY: Duration = Duration::from_secs(15);
+/// How wide the hand is that holds a tool of facets, m.
+const WET_HAND_M: f32 = 0.012;
 /// Time between two requests: a slider that is dragged asks for where it is, not for everywhere it was.
 const ASK_EVERY: Duration = Duration::from_millis(150);
 /// Time after which the answer to a request has surely come.
@@ -117,6 +125,9 @@ pub(super) struct App {
     rpm_before_stop: f32,
     last_frame: Instant,
     next_frame: Instant,
+    /// The water on the clay, and when the clay itself was last made drier.
+    water: Water,
+    dried_at: Instant,
     /// Whether the pot is shown cut open.
     is_cut: bool,
     drawn_phase: Phase,
@@ -170,6 +181,7 @@ impl App {
             changes_side: false,
             rack: view.rack.len(),
             wetness: view.conditions.material.at(potter.tick()).wetness().liquidity_index(),
+            dries: invitation.is_some().then_some(false),
             pushed_mm: 0.0,
             force_n: 0.0,
             is_touching: false,
@@ -214,6 +226,8 @@ impl App {
             turning_view: false,
             last_frame: Instant::now(),
             next_frame: Instant::now(),
+            water: Water::default(),
+            dried_at: Instant::now(),
             is_cut: false,
             drawn_phase: Phase::default(),
             drawn_tool_m: None,
@@ -252,6 +266,7 @@ impl App {
         for command in self.panel.history.take_wishes() {
             self.command(command);
         }
+        self.dry();
         let wanted = Settings::of(&self.panel);
         if wanted == self.settings || self.asked_at.elapsed() < ASK_EVERY {
             return;
@@ -264,6 +279,17 @@ impl App {
             self.command(Command::Clay(Material::from_wetness(Wetness::nearest(wanted.wetness))));
         }
         self.settings = wanted;
+    }
+
+    /// Makes the clay a little drier, where this window is the one that says so.
+    fn dry(&mut self) {
+        if self.panel.dries != Some(true) {
+            self.dried_at = Instant::now();
+        } else if self.dried_at.elapsed() >= DRY_EVERY {
+            self.dried_at = Instant::now();
+            let step = DRYING_PER_MINUTE * DRY_EVERY.as_secs_f32() / 60.0;
+            self.panel.wetness = (self.panel.wetness - step).max(WETNESS.0);
+        }
     }
 
     fn command(&mut self, command: Command) {
@@ -301,14 +327,21 @@ impl App {
             self.panel.people.push(Person { number: Some(tool.client), colour, touching: tool.touching });
             let centre_m = tool.centre.point_m();
             let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
-            tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching });
+            tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching, clay_m: None });
         }
         self.drawn_tool_m = status.tool_m();
         if let Some(centre_m) = self.drawn_tool_m {
             let holding = &self.panel.holding;
             let (tool, turn) = (holding.tool(&view.rack), holding.orientation().at(centre_m));
-            tools.push(ToolView { tool, turn, centre_m, colour: colour(own), touching: is_touching });
+            let clay_m =
+                (!is_touching).then(|| to_clay_m(&view.pot, view.conditions.phase(self.potter.tick()), centre_m));
+            tools.push(ToolView { tool, turn, centre_m, colour: colour(own), touching: is_touching, clay_m });
         }
+        let touching = tools.iter().filter(|tool| tool.touching);
+        let hands =
+            touching.map(|tool| (tool.centre_m, tool.tool.sphere().map_or(WET_HAND_M, |sphere| sphere.radius().0)));
+        let height_m = view.pot.surfaces()[0].height_m();
+        self.water.pass(self.potter.tick(), &view.conditions, height_m, hands);
         tools
     }
 
@@ -384,6 +417,8 @@ impl App {
             self.drawn_phase = view.conditions.phase(self.potter.tick());
         }
         let shapes = overlay.lay_out(&stage.window, |ui| {
+            let others = self.panel.people.get(1..).unwrap_or_default();
+            labels::show(ui.ctx(), &self.panel.words, &self.camera, others, &tools);
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
         self.files.pass(|| {
@@ -398,6 +433,7 @@ impl App {
             tools: &tools,
             rack: &rack,
             wetness: film(self.panel.wetness),
+            water: Some(&self.water),
             finish: self.panel.liking.finish,
             is_cut: self.is_cut,
         };

@@ -32,6 +32,14 @@ pub(super) struct Person {
     pub(super) touching: bool,
 }
 
+impl Person {
+    /// What it is called.
+    pub(super) fn name(&self, words: &Words) -> String {
+        let number = |number: u16| words.say_with("potter", &[("number", &number.to_string())]);
+        self.number.map_or_else(|| words.say("you"), number)
+    }
+}
+
 /// What the panel shows and lets be changed.
 #[derive(Debug)]
 pub(super) struct PanelState {
@@ -46,6 +54,8 @@ pub(super) struct PanelState {
     pub(super) rack: usize,
     /// How wet the clay is, a liquidity index.
     pub(super) wetness: f32,
+    /// Whether the wheel's clay dries slowly; none where that is another's to say.
+    pub(super) dries: Option<bool>,
     pub(super) pushed_mm: f32,
     pub(super) force_n: f32,
     pub(super) is_touching: bool,
@@ -87,13 +97,15 @@ const WIDTH: f32 = 250.0;
 const WINDOW_OPEN: f32 = 720.0;
 /// Ranges of the controls.
 pub(super) const RPM_MAX: f32 = 300.0;
+/// What a sponge makes the clay wetter by, and one key drier.
+pub(super) const WETNESS_STEP: f32 = 0.02;
 pub(super) const WETNESS: (f32, f32) = (Wetness::DRIEST.liquidity_index(), Wetness::WETTEST.liquidity_index());
 /// How fast potters turn a wheel for what they do, rpm: fastest to centre, slower as the wall gets thin.
 const SPEEDS: [(&str, f32); 4] =
     [("wheel-centre", 200.0), ("wheel-open", 140.0), ("wheel-pull", 80.0), ("wheel-trim", 120.0)];
 
 /// The colour of a linear RGB triple.
-fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
+pub(super) fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
     egui::Rgba::from_rgb(red, green, blue).into()
 }
 
@@ -166,7 +178,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     });
     tool::show(ui, state);
     ui.separator();
-    clay::show(ui, &state.words, &mut state.wetness);
+    clay::show(ui, &state.words, &mut state.wetness, &mut state.dries);
     clay::show_finish(ui, &state.words, &mut state.liking.finish);
     ui.separator();
     show_force(ui, state);
@@ -176,8 +188,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     files.show(ui, &state.words);
     ui.separator();
     for person in &state.people {
-        let number = |number: u16| state.words.say_with("potter", &[("number", &number.to_string())]);
-        let name = person.number.map_or_else(|| state.words.say("you"), number);
+        let name = person.name(&state.words);
         let said = if person.touching { state.words.say_with("person-touching", &[("name", &name)]) } else { name };
         ui.colored_label(colour_of(person.colour), said);
     }

@@ -125,7 +125,7 @@ impl Player {
             let sample = sample.filter(|sample| playback.tick().since(sample.tick) < TOOL_SHOWN_TICKS)?;
             let centre_m = sample.centre.point_m();
             let turn = sample.orientation.at(centre_m);
-            Some(ToolView { tool: sample.tool, turn, centre_m, colour: colour(client), touching: false })
+            Some(ToolView { tool: sample.tool, turn, centre_m, colour: colour(client), touching: false, clay_m: None })
         });
         shown.collect()
     }

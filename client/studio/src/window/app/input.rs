@@ -11,7 +11,7 @@ use winit::keyboard::{Key, NamedKey};
 
 use super::App;
 use crate::window::overlay::Overlay;
-use crate::window::panel::{RPM_MAX, WETNESS};
+use crate::window::panel::{RPM_MAX, WETNESS, WETNESS_STEP};
 
 /// A push by one step of the mouse wheel or one key, m.
 const PUSH_STEP_M: f32 = 0.001;
@@ -21,8 +21,6 @@ const TURN_STEP_DEG: f32 = 5.0;
 const LEAN_STEP_DEG: f32 = 1.0;
 /// The steepest view that the mouse reaches as well, rad.
 const FROM_ABOVE_RAD: f32 = 1.4;
-/// What one key makes the clay wetter or drier by.
-const WETNESS_STEP: f32 = 0.02;
 
 impl App {
     pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {

@@ -7,14 +7,14 @@ use egui::RichText;
 use pottery_client::render::Finish;
 use pottery_shared::clay::{Material, Preset, Wetness};
 
-use super::WETNESS;
+use super::{WETNESS, WETNESS_STEP};
 use crate::words::Words;
 
 /// A preset's button is lit this near to it: as far as the slider shows.
 const PRESET_WITHIN: f32 = 0.005;
 
-/// Presets, one control of wetness, and what the clay then is.
-pub(super) fn show(ui: &mut egui::Ui, words: &Words, wetness: &mut f32) {
+/// Presets, one control of wetness, the sponge, whether the clay dries, and what it then is.
+pub(super) fn show(ui: &mut egui::Ui, words: &Words, wetness: &mut f32, dries: &mut Option<bool>) {
     ui.horizontal(|ui| {
         for preset in Preset::ALL {
             let index = preset.wetness().liquidity_index();
@@ -29,6 +29,14 @@ pub(super) fn show(ui: &mut egui::Ui, words: &Words, wetness: &mut f32) {
         .custom_formatter(|value, _| words.number(value, 2))
         .custom_parser(Words::parse);
     ui.add(slider.text(words.say("wetness")));
+    ui.horizontal(|ui| {
+        if ui.button(words.say("sponge")).on_hover_text(words.say("sponge-hint")).clicked() {
+            *wetness = (*wetness + WETNESS_STEP).min(WETNESS.1);
+        }
+        if let Some(dries) = dries {
+            ui.checkbox(dries, words.say("dries")).on_hover_text(words.say("dries-hint"));
+        }
+    });
     let material = Material::from_wetness(Wetness::nearest(*wetness));
     let figures = words.say_with(
         "clay-figures",
