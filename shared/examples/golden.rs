@@ -3,7 +3,7 @@
 //! Owns the run; what its digests are is pinned by `tests/tests/golden.rs`, which builds this for several processors.
 //! Invariant: no figure of the run comes from the host's own functions, whose last bits differ.
 
-use pottery_shared::clay::{Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Wheel};
+use pottery_shared::clay::{Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Vectors, Wheel};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
@@ -15,7 +15,7 @@ pub(crate) const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::I
 ///
 /// # Errors
 /// None: the default pot can be made.
-pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
+pub(crate) fn run(method: MethodKind, vectors: Vectors) -> Result<(u64, f64), PotError> {
     let mut pot = Pot::new(PotSpec::default())?;
     let mut conditions = Conditions {
         wheel: Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0))),
@@ -24,7 +24,7 @@ pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
     };
     conditions.wheel.schedule(Tick(250), Wheel::rate_of(Rpm(-40.0)));
     conditions.material.set(Tick(300), Material { viscosity: Seconds(0.03), ..Material::default() });
-    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let mut substep = SubStep::for_grid(pot.spec().shape).using(vectors);
     let radii_mm = [12.0, 5.0, 7.0];
     let tools = radii_mm.map(|radius_mm| Sphere::new(Metres::from_mm(radius_mm)).unwrap_or_default());
     let mut before: [Option<ToolSample>; 3] = [None; 3];
@@ -51,11 +51,11 @@ pub(crate) fn run(method: MethodKind) -> Result<(u64, f64), PotError> {
 ///
 /// # Errors
 /// None: the default pot can be made.
-pub(crate) fn run_rib(method: MethodKind) -> Result<(u64, f64), PotError> {
+pub(crate) fn run_rib(method: MethodKind, vectors: Vectors) -> Result<(u64, f64), PotError> {
     let mut pot = Pot::new(PotSpec::default())?;
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0)));
     let conditions = Conditions { wheel, method, ..Conditions::default() };
-    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let mut substep = SubStep::for_grid(pot.spec().shape).using(vectors);
     let mut before: Option<ToolSample> = None;
     for number in 0..500_i16 {
         let sample = ToolSample {
@@ -78,9 +78,9 @@ pub(crate) fn run_rib(method: MethodKind) -> Result<(u64, f64), PotError> {
 /// None: the default pot can be made.
 pub(crate) fn main() -> Result<(), PotError> {
     for method in METHODS {
-        let (digest, volume_mm3) = run(method)?;
+        let (digest, volume_mm3) = run(method, Vectors::default())?;
         println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
-        let (digest, volume_mm3) = run_rib(method)?;
+        let (digest, volume_mm3) = run_rib(method, Vectors::default())?;
         println!("{method:?} with a rib {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
     }
     Ok(())

@@ -5,6 +5,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use pottery_shared::clay::Vectors;
+
 #[path = "../../shared/examples/golden.rs"]
 #[expect(dead_code, reason = "its main is run as a program of its own")]
 mod golden;
@@ -17,7 +19,7 @@ const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x15
 
 #[test]
 fn fixed_run_of_a_rib_gives_the_pinned_pot() {
-    let found = golden::METHODS.map(|method| golden::run_rib(method).unwrap());
+    let found = golden::METHODS.map(|method| golden::run_rib(method, Vectors::default()).unwrap());
     for (method, (digest, volume_mm3)) in golden::METHODS.iter().zip(found) {
         println!("{method:?}: {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
         assert!(volume_mm3 > 100.0, "{method:?}: {volume_mm3} mm³");
@@ -28,13 +30,21 @@ fn fixed_run_of_a_rib_gives_the_pinned_pot() {
 
 #[test]
 fn fixed_run_gives_the_pinned_pot() {
-    let found = golden::METHODS.map(|method| golden::run(method).unwrap());
+    let found = golden::METHODS.map(|method| golden::run(method, Vectors::default()).unwrap());
     for (method, (digest, volume_mm3)) in golden::METHODS.iter().zip(found) {
         println!("{method:?}: {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
         assert!(volume_mm3 > 100.0, "{method:?}: {volume_mm3} mm³");
     }
     let digests = found.map(|(digest, _)| digest);
     assert!(digests == PINNED, "the pot is another: the new digests are {digests:#018x?}");
+}
+
+#[test]
+fn the_narrowest_vectors_give_the_same_bits() {
+    for (method, (pinned, pinned_rib)) in golden::METHODS.into_iter().zip(PINNED.into_iter().zip(PINNED_RIB)) {
+        assert_eq!(golden::run(method, Vectors::baseline()).unwrap().0, pinned, "{method:?}");
+        assert_eq!(golden::run_rib(method, Vectors::baseline()).unwrap().0, pinned_rib, "{method:?} with a rib");
+    }
 }
 
 #[test]

@@ -8,14 +8,14 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use glam::Vec3;
-use wide::{f32x4, f32x8};
 
 use super::faceted::Cutter;
+use super::lanes::{
+    Eight, LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, counted, f32x8, load, mask32x8, only, positive, root,
+    splat, sum,
+};
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{Side, Tool};
-
-/// Elements worked on at once. The lanes are written out, so that their sums are the same whatever the machine offers.
-pub(super) const LANES: usize = 8;
 
 /// Height above the tool that stands for rows beyond the rim, m: farther than any tool reaches, and its square is finite.
 const BEYOND_M: f32 = 1e6;
@@ -24,19 +24,20 @@ const BEYOND_M: f32 = 1e6;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chunk {
     /// Depth p of the tool in the clay, m; zero where it does not touch.
-    pub(super) penetration_m: f32x8,
+    pub(super) penetration_m: Eight,
     /// Half the length of the ray within the sphere, m, where it touches; zero for a tool of facets.
-    pub(super) half_chord_m: f32x8,
+    pub(super) half_chord_m: Eight,
     /// Radius r of the elements, m.
-    pub(super) radius_m: f32x8,
+    pub(super) radius_m: Eight,
 }
 
 impl Chunk {
-    const NONE: Self = Self { penetration_m: f32x8::ZERO, half_chord_m: f32x8::ZERO, radius_m: f32x8::ZERO };
+    const NONE: Self = Self { penetration_m: Eight::ZERO, half_chord_m: Eight::ZERO, radius_m: Eight::ZERO };
 
-    /// All bits set where the tool touches.
-    pub(super) fn touched(&self) -> f32x8 {
-        self.penetration_m.simd_gt(f32x8::ZERO)
+    /// Where the tool touches.
+    #[inline(always)]
+    pub(super) fn touched<S: Simd>(&self, simd: S) -> mask32x8<S> {
+        positive(self.penetration_m.on(simd))
     }
 }
 
@@ -97,15 +98,15 @@ pub(super) struct Stretch<'a> {
     pub(super) column: &'a Column,
     pub(super) chunks: &'a [Chunk],
     /// Heights above the tool's centre, m: [`BEYOND_M`] beyond the rim.
-    pub(super) above_m: &'a [f32x8],
+    pub(super) above_m: &'a [Eight],
     /// See [`Contacts::facing`].
-    pub(super) facing: &'a [[f32x8; 3]],
+    pub(super) facing: &'a [[Eight; 3]],
 }
 
 impl<'a> Stretch<'a> {
     /// Chunks and their heights, foot to rim.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&'a Chunk, f32x8)> + use<'a> {
-        self.chunks.iter().zip(self.above_m.iter().copied())
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&'a Chunk, &'a Eight)> + use<'a> {
+        self.chunks.iter().zip(self.above_m)
     }
 }
 
@@ -125,9 +126,9 @@ pub(super) struct Contacts {
     /// How far the tool reaches from its centre, m.
     pub(super) tool_m: f32,
     /// Which way the clay pushes, chunk by chunk, along the ray, across it and up; none for a sphere.
-    pub(super) facing: Vec<[f32x8; 3]>,
+    pub(super) facing: Vec<[Eight; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
-    above_m: Vec<f32x8>,
+    above_m: Vec<Eight>,
 }
 
 /// Room for chunks, of which the first few are in use; some belong to no column.
@@ -138,18 +139,25 @@ struct Chunks {
 }
 
 impl Chunks {
-    /// Keeps the chunks that were found in a column, foot to rim, up to the last that is touched; says whether one is.
+    /// Keeps the chunks that are found in a column, by their numbers from foot to rim, up to the last that is touched; says
+    /// whether one is.
     ///
     /// They are written in place: a call that could make room would cost more than what is found.
     #[inline(always)]
-    fn keep(&mut self, column: &mut Column, found: impl Iterator<Item = Chunk>, tally: &mut Tally) -> bool {
+    fn keep<S: Simd>(
+        &mut self,
+        column: &mut Column,
+        mut found: impl FnMut(usize) -> Chunk,
+        tally: &mut Tally<S>,
+    ) -> bool {
         let count = column.chunks.len();
         if self.room.len() < self.used + count {
             self.room.resize(self.used + count, Chunk::NONE);
         }
         let (mut first, mut end) = (usize::MAX, 0);
-        for (number, (room, chunk)) in self.room[self.used..][..count].iter_mut().zip(found).enumerate() {
-            if tally.add(chunk.penetration_m) {
+        for (number, room) in self.room[self.used..][..count].iter_mut().enumerate() {
+            let chunk = found(number);
+            if tally.add(chunk.penetration_m.on(tally.elements.simd)) {
                 first = first.min(number);
                 end = number + 1;
             }
@@ -167,21 +175,25 @@ impl Chunks {
 }
 
 /// What is counted while elements are found.
-#[derive(Default)]
-pub(super) struct Tally {
+pub(super) struct Tally<S: Simd> {
     /// Touched elements, lane by lane: whole numbers, which `f32` holds.
-    elements: f32x8,
-    deepest_m: f32x8,
+    elements: f32x8<S>,
+    deepest_m: f32x8<S>,
 }
 
-impl Tally {
+impl<S: Simd> Tally<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S) -> Self {
+        Self { elements: splat(simd, 0.0), deepest_m: splat(simd, 0.0) }
+    }
+
     /// Whether any of eight penetrations touches.
     #[inline(always)]
-    pub(super) fn add(&mut self, penetration_m: f32x8) -> bool {
-        let touched = penetration_m.simd_gt(f32x8::ZERO);
-        self.elements += touched & f32x8::ONE;
-        self.deepest_m = self.deepest_m.fast_max(penetration_m);
-        touched.any()
+    pub(super) fn add(&mut self, penetration_m: f32x8<S>) -> bool {
+        let touched = positive(penetration_m);
+        self.elements += only(touched, splat(penetration_m.simd, 1.0));
+        self.deepest_m = self.deepest_m.max(penetration_m);
+        touched.any_true()
     }
 }
 
@@ -224,24 +236,27 @@ impl Contacts {
     }
 
     /// Puts other penetrations in the place of those there are.
-    pub(super) fn replace(&mut self, penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8) {
-        let mut tally = Tally::default();
+    #[inline(always)]
+    pub(super) fn replace<S: Simd>(&mut self, simd: S, penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>) {
+        let mut tally = Tally::new(simd);
         for column in &self.columns {
             let chunks = &mut self.chunks.room[column.chunks.clone()];
-            for (chunk, &above) in chunks.iter_mut().zip(&self.above_m[column.heights..]) {
-                chunk.penetration_m = penetration_m(column, chunk, above);
-                tally.add(chunk.penetration_m);
+            for (chunk, above) in chunks.iter_mut().zip(&self.above_m[column.heights..]) {
+                let left_m = penetration_m(column, chunk, above.on(simd));
+                chunk.penetration_m = left_m.into();
+                tally.add(left_m);
             }
         }
         self.take(&tally);
     }
 
     /// Leaves out what lies beyond the wanted chunks of each column.
-    pub(super) fn keep(&mut self, wanted: impl Fn(&Column, &Chunk, f32x8) -> bool) {
+    #[inline(always)]
+    pub(super) fn keep(&mut self, wanted: impl Fn(&Column, &Chunk, &Eight) -> bool) {
         let (chunks, above_m) = (&self.chunks.room, &self.above_m);
         self.columns.retain_mut(|column| {
             let is_wanted = |number: usize| {
-                let above = above_m[column.heights + number - column.chunks.start];
+                let above = &above_m[column.heights + number - column.chunks.start];
                 wanted(column, &chunks[number], above)
             };
             let Some(first) = column.chunks.clone().find(|&number| is_wanted(number)) else { return false };
@@ -254,13 +269,20 @@ impl Contacts {
         });
     }
 
-    pub(super) fn take(&mut self, tally: &Tally) {
+    #[inline(always)]
+    pub(super) fn take<S: Simd>(&mut self, tally: &Tally<S>) {
         self.elements = sum(tally.elements) as u32;
         self.deepest_m = tally.deepest_m.to_array().into_iter().fold(0.0, f32::max);
     }
 
     /// Adds a column of chunks, if any of them is touched; before they are found, its range says how many there are.
-    pub(super) fn add_column(&mut self, mut column: Column, found: impl Iterator<Item = Chunk>, tally: &mut Tally) {
+    #[inline(always)]
+    pub(super) fn add_column<S: Simd>(
+        &mut self,
+        mut column: Column,
+        found: impl FnMut(usize) -> Chunk,
+        tally: &mut Tally<S>,
+    ) {
         if self.chunks.keep(&mut column, found, tally) {
             self.columns.push(column);
         }
@@ -268,7 +290,15 @@ impl Contacts {
 
     /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
     /// `cutter`'s does.
-    pub(super) fn gather(&mut self, surface: &Surface, press: &Press, behind_m: f32, cutter: Option<&mut Cutter>) {
+    #[inline(always)]
+    pub(super) fn gather<S: Simd>(
+        &mut self,
+        simd: S,
+        surface: &Surface,
+        press: &Press,
+        behind_m: f32,
+        cutter: Option<&mut Cutter>,
+    ) {
         self.columns.clear();
         self.chunks.used = 0;
         self.above_m.clear();
@@ -277,9 +307,9 @@ impl Contacts {
         match (press.tool, cutter) {
             (Tool::Sphere(sphere), _) => {
                 self.tool_m = sphere.radius().0;
-                self.gather_sphere(surface, press, behind_m);
+                self.gather_sphere(simd, surface, press, behind_m);
             }
-            (Tool::Convex(shape), Some(cutter)) => self.gather_facets(surface, press, shape, behind_m, cutter),
+            (Tool::Convex(shape), Some(cutter)) => self.gather_facets(simd, surface, press, shape, behind_m, cutter),
             (Tool::Convex(_), None) => {}
         }
     }
@@ -287,65 +317,90 @@ impl Contacts {
     /// With a sphere (radius R) at H and an element (r, θ, z), `b = H·(cosθ, sinθ)`, `a` the tool's distance from the ray's
     /// plane, `h = √(R² − a² − (z − H_z)²)` half the ray's length in the sphere: the ray meets the sphere at `s₁,₂ = b ∓ h`.
     /// From outside the penetration is `p = r − s₁`, at most r; from inside `p = s₂ − r`.
-    fn gather_sphere(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
+    #[inline(always)]
+    fn gather_sphere<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, behind_m: f32) {
         let reach = Reach::of(surface, press.centre_m, self.tool_m);
         (self.distance_m, self.angle_rad, self.window) = (reach.distance_m, reach.angle_rad, reach.window);
         let window = reach.window;
         if window.is_empty() {
             return;
         }
-        self.fill_heights(surface, press.centre_m.z);
-        self.list_columns(surface, press, &reach);
+        self.fill_heights(simd, surface, press.centre_m.z);
+        self.list_columns(simd, surface, press, &reach);
         let Self { columns, chunks, above_m, tool_m, .. } = self;
-        let mut tally = Tally::default();
+        let mut tally = Tally::new(simd);
         let ball = Ball { tool_m: *tool_m, side: press.side, behind_m };
-        columns.retain_mut(|column| {
+        let mut touched = 0;
+        for number in 0..columns.len() {
+            let column = &mut columns[number];
             let radii_m = &surface.column_m(column.column)[column.first_row as usize..];
-            ball.find(column, radii_m, &above_m[column.heights..], chunks, &mut tally)
-        });
+            if ball.find(column, radii_m, &above_m[column.heights..], chunks, &mut tally) {
+                if touched < number {
+                    columns.swap(touched, number);
+                }
+                touched += 1;
+            }
+        }
+        columns.truncate(touched);
         self.take(&tally);
     }
 
     /// Lists the columns that a sphere may touch and the chunks that are to be looked at.
     ///
     /// It is a pass of its own, so that what is looked at does not wait for where it stands.
-    fn list_columns(&mut self, surface: &Surface, press: &Press, reach: &Reach) {
+    #[inline(always)]
+    fn list_columns<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, reach: &Reach) {
         let (shape, window, centre, tool_m) = (surface.shape(), reach.window, press.centre_m, self.tool_m);
         let column_rad = shape.column_angle_rad();
         let rows_per_m = 1.0 / surface.row_height_m();
         let (lowest, highest) = (window.first_row, window.end_row());
         let half_columns = (window.columns / 2) as i32;
-        for (local, column) in window.grid_columns(shape).enumerate() {
-            let [cos, sin] = surface.direction(column);
-            let (along_m, aside_m) = (centre.x * cos + centre.y * sin, centre.y * cos - centre.x * sin);
-            // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another
-            // widest radius must find the same
-            let apart_m = match press.side {
-                Side::Outside => (along_m - surface.widest_m() - 1e-6).max(0.0),
-                Side::Inside => 0.0,
-            };
-            let half_chord_m2 = tool_m * tool_m - aside_m * aside_m - apart_m * apart_m;
-            if half_chord_m2 <= 0.0 {
-                continue;
+        let zero = splat(simd, 0.0);
+        // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another widest radius
+        // must find the same
+        let widest_m = match press.side {
+            Side::Outside => surface.widest_m() + 1e-6,
+            Side::Inside => f32::INFINITY,
+        };
+        let mut ring = window.grid_columns(shape);
+        for local in (0..window.columns).step_by(LANES) {
+            let count = LANES.min((window.columns - local) as usize);
+            let (mut columns, mut cos, mut sin) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
+            for (lane, column) in ring.by_ref().take(count).enumerate() {
+                columns[lane] = column;
+                [cos[lane], sin[lane]] = surface.direction(column);
             }
-            let half_m = root(half_chord_m2);
-            let row = |z_m: f32| (z_m * rows_per_m).max(0.0) as u32;
-            let first_row = row(centre.z - half_m).saturating_sub(1) / LANES as u32 * LANES as u32;
-            let first_row = first_row.clamp(lowest, highest);
-            let end_row = (row(centre.z + half_m) + 2).clamp(first_row, highest);
-            let angle_rad = if window.columns == shape.columns() {
-                nearest_turn(column as f32 * column_rad - reach.angle_rad)
-            } else {
-                (local as i32 - half_columns) as f32 * column_rad - reach.off_column_rad
-            };
-            let (direction, centre) = ([cos, sin], [along_m, aside_m]);
-            self.columns.push(Column::new(column, window, first_row..end_row, angle_rad, direction, centre));
+            let [cosines, sines] = [f32x8::load_array(simd, cos), f32x8::load_array(simd, sin)];
+            let along_m = cosines * centre.x + sines * centre.y;
+            let aside_m = cosines * centre.y - sines * centre.x;
+            let apart_m = (along_m - widest_m).max(zero);
+            let half_chord_m2 = splat(simd, tool_m * tool_m) - aside_m * aside_m - apart_m * apart_m;
+            let half_m = half_chord_m2.max(zero).sqrt();
+            let first = ((centre.z - half_m) * rows_per_m).max(zero).to_array();
+            let end = ((centre.z + half_m) * rows_per_m).max(zero).to_array();
+            let (half_chord_m2, along_m, aside_m) = (half_chord_m2.to_array(), along_m.to_array(), aside_m.to_array());
+            for lane in 0..count {
+                if half_chord_m2[lane] <= 0.0 {
+                    continue;
+                }
+                let first_row = (first[lane] as u32).saturating_sub(1) / LANES as u32 * LANES as u32;
+                let first_row = first_row.clamp(lowest, highest);
+                let end_row = (end[lane] as u32 + 2).clamp(first_row, highest);
+                let angle_rad = if window.columns == shape.columns() {
+                    nearest_turn(columns[lane] as f32 * column_rad - reach.angle_rad)
+                } else {
+                    (local as i32 + lane as i32 - half_columns) as f32 * column_rad - reach.off_column_rad
+                };
+                let (direction, centre) = ([cos[lane], sin[lane]], [along_m[lane], aside_m[lane]]);
+                self.columns.push(Column::new(columns[lane], window, first_row..end_row, angle_rad, direction, centre));
+            }
         }
     }
 
     /// Finds the element nearest to a tool that is smaller than an element and presses between the middles of all: it is
     /// touched by as much as the tool reaches beyond its radius.
-    pub(super) fn gather_nearest(&mut self, surface: &Surface, press: &Press, behind_m: f32) {
+    #[inline(always)]
+    pub(super) fn gather_nearest<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, behind_m: f32) {
         let tool_m = self.tool_m;
         let reach = Reach::of(surface, press.centre_m, tool_m);
         let column_rad = surface.shape().column_angle_rad();
@@ -369,7 +424,7 @@ impl Contacts {
         let only = |value: f32, elsewhere: f32| {
             let mut lanes = [elsewhere; LANES];
             lanes[row as usize % LANES] = value;
-            f32x8::new(lanes)
+            Eight(lanes)
         };
         let [cos, sin] = surface.direction(column);
         self.window = Window { first_column: column, columns: 1, first_row, rows: LANES as u32 };
@@ -382,19 +437,24 @@ impl Contacts {
         };
         let (rows, centre) = (first_row..self.window.end_row(), [reach.distance_m, 0.0]);
         let at = Column::new(column, self.window, rows, -reach.off_column_rad, [cos, sin], centre);
-        let mut tally = Tally::default();
-        self.add_column(at, core::iter::once(chunk), &mut tally);
+        let mut tally = Tally::new(simd);
+        self.add_column(
+            at,
+            #[inline(always)]
+            |_| chunk,
+            &mut tally,
+        );
         self.take(&tally);
     }
 
-    pub(super) fn fill_heights(&mut self, surface: &Surface, tool_z: f32) {
+    #[inline(always)]
+    pub(super) fn fill_heights<S: Simd>(&mut self, simd: S, surface: &Surface, tool_z: f32) {
         let row_height_m = surface.row_height_m();
-        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         for row in (self.window.first_row..self.window.end_row()).step_by(LANES) {
-            let rows = f32x8::splat(row as f32) + lanes;
+            let rows = counted(simd, row as f32);
             let above = rows * row_height_m - tool_z;
-            let within = rows.simd_lt(f32x8::splat(surface.shape().rows() as f32));
-            self.above_m.push(within.bitselect(above, f32x8::splat(BEYOND_M)));
+            let within = rows.simd_lt(splat(simd, surface.shape().rows() as f32));
+            self.above_m.push(within.select(above, splat(simd, BEYOND_M)).into());
         }
     }
 }
@@ -407,65 +467,100 @@ struct Ball {
 }
 
 impl Ball {
+    /// Half the ray's length in the sphere at heights above its middle, and whether it is there at all.
+    #[inline(always)]
+    fn chord<S: Simd>(square: f32x8<S>, above: f32x8<S>) -> (f32x8<S>, mask32x8<S>) {
+        let squared = square - above * above;
+        (squared.max(splat(square.simd, 0.0)).sqrt(), positive(squared))
+    }
+
     /// Keeps the chunks of a column that the sphere touches; says whether there are any.
-    fn find(
+    #[inline(always)]
+    fn find<S: Simd>(
         &self,
         column: &mut Column,
         radii_m: &[f32],
-        above_m: &[f32x8],
+        above_m: &[Eight],
         chunks: &mut Chunks,
-        tally: &mut Tally,
+        tally: &mut Tally<S>,
     ) -> bool {
         let &Self { tool_m, behind_m, .. } = self;
         let Column { along_m, aside_m, .. } = *column;
-        // half the ray's length in the sphere, and whether it is there at all
-        let square = f32x8::splat(tool_m * tool_m - aside_m * aside_m);
-        let chord = move |above: f32x8| {
-            let squared = square - above * above;
-            (squared.fast_max(f32x8::ZERO).sqrt(), squared.simd_gt(f32x8::ZERO))
-        };
-        let along = f32x8::splat(along_m);
+        let simd = tally.elements.simd;
+        let square = splat(simd, tool_m * tool_m - aside_m * aside_m);
+        let along = splat(simd, along_m);
         match self.side {
-            Side::Outside if along_m < tool_m => look(column, radii_m, above_m, chunks, tally, |radius, above| {
-                // the tool holds the axis, beyond which there is no clay of this ray
-                let (half_chord, within) = chord(above);
-                let there = within & (along + half_chord).simd_gt(f32x8::ZERO);
-                ((half_chord - (along - radius)).fast_min(radius) & there, half_chord)
-            }),
-            Side::Outside => look(column, radii_m, above_m, chunks, tally, |radius, above| {
-                let (half_chord, within) = chord(above);
-                ((half_chord - (along - radius)) & within, half_chord)
-            }),
-            Side::Inside => look(column, radii_m, above_m, chunks, tally, |radius, above| {
-                let (half_chord, within) = chord(above);
-                ((half_chord - (radius - behind_m - along)) & within, half_chord)
-            }),
+            Side::Outside if along_m < tool_m => look(
+                column,
+                radii_m,
+                above_m,
+                chunks,
+                tally,
+                #[inline(always)]
+                |radius, above| {
+                    // the tool holds the axis, beyond which there is no clay of this ray
+                    let (half_chord, within) = Self::chord(square, above);
+                    let there = within & positive(along + half_chord);
+                    (only(there, (half_chord - (along - radius)).min(radius)), half_chord)
+                },
+            ),
+            Side::Outside => look(
+                column,
+                radii_m,
+                above_m,
+                chunks,
+                tally,
+                #[inline(always)]
+                |radius, above| {
+                    let (half_chord, within) = Self::chord(square, above);
+                    (only(within, half_chord - (along - radius)), half_chord)
+                },
+            ),
+            Side::Inside => look(
+                column,
+                radii_m,
+                above_m,
+                chunks,
+                tally,
+                #[inline(always)]
+                |radius, above| {
+                    let (half_chord, within) = Self::chord(square, above);
+                    (only(within, half_chord - (radius - behind_m - along)), half_chord)
+                },
+            ),
         }
     }
 }
 
 /// Looks at a column: `meets` tells penetration and half chord of radii at heights above the tool.
 #[inline(always)]
-fn look(
+fn look<S: Simd>(
     column: &mut Column,
     radii_m: &[f32],
-    above_m: &[f32x8],
+    above_m: &[Eight],
     chunks: &mut Chunks,
-    tally: &mut Tally,
-    meets: impl Fn(f32x8, f32x8) -> (f32x8, f32x8),
+    tally: &mut Tally<S>,
+    meets: impl Fn(f32x8<S>, f32x8<S>) -> (f32x8<S>, f32x8<S>),
 ) -> bool {
-    let found = |radius_m: f32x8, above_m: f32x8| {
-        let (penetration_m, half_chord_m) = meets(radius_m, above_m);
-        Chunk { penetration_m: penetration_m.fast_max(f32x8::ZERO), half_chord_m, radius_m }
-    };
+    let simd = tally.elements.simd;
     let (whole, last) = radii_m.as_chunks::<LANES>();
-    let all = whole.iter().zip(above_m).map(|(lanes, &above)| found(f32x8::new(*lanes), above));
-    if column.chunks.len() <= whole.len() {
-        chunks.keep(column, all, tally)
-    } else {
-        let last = found(load(last), above_m[whole.len()]);
-        chunks.keep(column, all.chain([last]), tally)
-    }
+    chunks.keep(
+        column,
+        #[inline(always)]
+        |number| {
+            let radius_m = match whole.get(number) {
+                Some(lanes) => f32x8::load_array_ref(simd, lanes),
+                None => load(simd, last),
+            };
+            let (penetration_m, half_chord_m) = meets(radius_m, above_m[number].on(simd));
+            Chunk {
+                penetration_m: penetration_m.max(splat(simd, 0.0)).into(),
+                half_chord_m: half_chord_m.into(),
+                radius_m: radius_m.into(),
+            }
+        },
+        tally,
+    )
 }
 
 /// Where the tool stands in the pot's cylindrical coordinates.
@@ -504,27 +599,6 @@ impl Reach {
         let off_column_rad = angle_rad - column * shape.column_angle_rad();
         Self { distance_m, angle_rad, off_column_rad, window }
     }
-}
-
-/// Up to eight values, the rest zero.
-pub(super) fn load(values: &[f32]) -> f32x8 {
-    let mut lanes = [0.0; LANES];
-    lanes[..values.len()].copy_from_slice(values);
-    f32x8::new(lanes)
-}
-
-/// The sum of all lanes, in one order everywhere.
-pub(super) fn sum(lanes: f32x8) -> f32 {
-    let [a, b, c, d, e, f, g, h] = lanes.to_array();
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
-/// The square root of a number, for code among vectors.
-///
-/// The same as libm's, which is an instruction without vectors: where they are wider than 16 bytes, a processor stops for it.
-#[inline(always)]
-pub(super) fn root(square: f32) -> f32 {
-    f32x4::splat(square).sqrt().to_array()[0]
 }
 
 /// The same angle within half a turn of zero.

@@ -3,10 +3,8 @@
 //! Knows no law of the clay; sums run lane by lane in one order everywhere.
 //! Invariant: an ellipse is no smaller than an element.
 
-use wide::f32x8;
-
 use super::Surface;
-use super::contact::{root, sum};
+use super::lanes::{Simd, f32x8, root, splat, sum};
 
 /// Sizes of an element.
 #[derive(Clone, Copy, Debug)]
@@ -43,23 +41,37 @@ pub(super) struct Ellipse {
 /// Sums over elements of a weight, and of it times place and square of the place.
 ///
 /// Within a column the arc is the radius times one angle, which is brought in where the column ends.
-#[derive(Default)]
-pub(super) struct Moments {
-    all: f32x8,
-    radius: f32x8,
-    arc: f32x8,
-    above: f32x8,
-    arc2: f32x8,
-    above2: f32x8,
+pub(super) struct Moments<S: Simd> {
+    all: f32x8<S>,
+    radius: f32x8<S>,
+    arc: f32x8<S>,
+    above: f32x8<S>,
+    arc2: f32x8<S>,
+    above2: f32x8<S>,
     /// Of the column at hand: times radius and its square.
-    column_radius: f32x8,
-    column_radius2: f32x8,
+    column_radius: f32x8<S>,
+    column_radius2: f32x8<S>,
 }
 
-impl Moments {
+impl<S: Simd> Moments<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        Self {
+            all: zero,
+            radius: zero,
+            arc: zero,
+            above: zero,
+            arc2: zero,
+            above2: zero,
+            column_radius: zero,
+            column_radius2: zero,
+        }
+    }
+
     /// Adds elements of a column by weight, radius and height.
     #[inline(always)]
-    pub(super) fn add(&mut self, weight: f32x8, radius: f32x8, above: f32x8) {
+    pub(super) fn add(&mut self, weight: f32x8<S>, radius: f32x8<S>, above: f32x8<S>) {
         self.all += weight;
         let (by_radius, by_height) = (weight * radius, weight * above);
         self.column_radius += by_radius;
@@ -75,12 +87,14 @@ impl Moments {
         self.radius += radius;
         self.arc += radius * angle_rad;
         self.arc2 += radius2 * (angle_rad * angle_rad);
-        (self.column_radius, self.column_radius2) = (f32x8::ZERO, f32x8::ZERO);
+        let zero = splat(self.all.simd, 0.0);
+        (self.column_radius, self.column_radius2) = (zero, zero);
     }
 
     /// The ellipse with these moments; `None` when nothing weighs.
     ///
     /// `spread` is the square of the half axis over the variance: 4 for an even ellipse, 6 for a paraboloid.
+    #[inline(always)]
     pub(super) fn ellipse(&self, spread: f32, step: &Step) -> Option<Ellipse> {
         let all = sum(self.all);
         if all == 0.0 {

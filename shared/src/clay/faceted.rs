@@ -6,9 +6,9 @@
 use alloc::sync::Arc;
 
 use glam::{Mat3, Vec3};
-use wide::f32x8;
 
-use super::contact::{Chunk, Column, Contacts, LANES, Tally, load, nearest_turn};
+use super::contact::{Chunk, Column, Contacts, Tally, nearest_turn};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdMask, f32x8, load, positive, splat};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{ConvexTool, Pose, Section, Sections, Shape, Side, Sides, Tool};
@@ -65,8 +65,10 @@ impl Contacts {
     ///
     /// The ray of an element (r, θ, z) is in the tool from s₁ to s₂: from outside the penetration is `p = r − s₁`, from inside
     /// `p = s₂ − r`, as for a sphere.
-    pub(super) fn gather_facets(
+    #[inline(always)]
+    pub(super) fn gather_facets<S: Simd>(
         &mut self,
+        simd: S,
         surface: &Surface,
         press: &Press,
         shape: Shape,
@@ -92,17 +94,25 @@ impl Contacts {
         self.tool_m = tool.radius().0;
         self.distance_m = libm::sqrtf(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
         self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
-        self.fill_heights(surface, press.centre_m.z);
-        let mut tally = Tally::default();
+        self.fill_heights(simd, surface, press.centre_m.z);
+        let mut tally = Tally::new(simd);
         for section in sections.iter() {
             let axes = axes(&turn, surface.direction(section.column));
             let face = Face { section: &section, normals: tool.normals(), axes, outwards, behind_m };
-            self.gather_section(surface, press, &face, &mut tally);
+            self.gather_section(simd, surface, press, &face, &mut tally);
         }
         self.take(&tally);
     }
 
-    fn gather_section(&mut self, surface: &Surface, press: &Press, face: &Face<'_>, tally: &mut Tally) {
+    #[inline(always)]
+    fn gather_section<S: Simd>(
+        &mut self,
+        simd: S,
+        surface: &Surface,
+        press: &Press,
+        face: &Face<'_>,
+        tally: &mut Tally<S>,
+    ) {
         let Face { section, outwards, behind_m, .. } = *face;
         let column = section.column;
         let [cos, sin] = surface.direction(column);
@@ -114,26 +124,31 @@ impl Contacts {
         let (first, radii_m) = (section.first_row as usize, surface.column_m(column));
         let begin = first / LANES * LANES;
         let mut all_facing = core::mem::take(&mut self.facing);
-        let found = (begin..first + edges_m.len()).step_by(LANES).map(|row| {
-            let radius_m = match radii_m[row..].first_chunk::<LANES>() {
-                Some(lanes) => f32x8::new(*lanes),
-                None => load(&radii_m[row..]),
-            };
-            // beyond the tool no clay is touched
-            let edge = lanes_of(edges_m, first, row, outwards * f32::INFINITY);
-            let penetration_m = ((radius_m - behind_m - f32x8::new(edge)) * outwards).fast_max(f32x8::ZERO);
-            let facing = if penetration_m.simd_gt(f32x8::ZERO).any() {
-                face.facing(lanes_of(facets, first, row, facets[0]))
-            } else {
-                [f32x8::ZERO; 3]
-            };
-            all_facing.push(facing);
-            Chunk { penetration_m, half_chord_m: f32x8::ZERO, radius_m }
-        });
         let window = self.window;
         let rows = begin as u32..(first + edges_m.len()) as u32;
         let at = Column::new(column, window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
-        self.add_column(at, found, tally);
+        self.add_column(
+            at,
+            #[inline(always)]
+            |number| {
+                let row = begin + number * LANES;
+                let radius_m = match radii_m[row..].first_chunk::<LANES>() {
+                    Some(lanes) => f32x8::load_array_ref(simd, lanes),
+                    None => load(simd, &radii_m[row..]),
+                };
+                // beyond the tool no clay is touched
+                let edge = f32x8::load_array(simd, lanes_of(edges_m, first, row, outwards * f32::INFINITY));
+                let penetration_m = ((radius_m - behind_m - edge) * outwards).max(splat(simd, 0.0));
+                let facing = if positive(penetration_m).any_true() {
+                    face.facing(simd, lanes_of(facets, first, row, facets[0]))
+                } else {
+                    [Eight::ZERO; 3]
+                };
+                all_facing.push(facing);
+                Chunk { penetration_m: penetration_m.into(), half_chord_m: Eight::ZERO, radius_m: radius_m.into() }
+            },
+            tally,
+        );
         all_facing.truncate(self.found());
         self.facing = all_facing;
     }
@@ -141,14 +156,19 @@ impl Contacts {
 
 impl Face<'_> {
     /// Which way the clay pushes: against the normals, along the ray, across it and up.
-    fn facing(&self, facets: [u16; LANES]) -> [f32x8; 3] {
+    #[inline(always)]
+    fn facing<S: Simd>(&self, simd: S, facets: [u16; LANES]) -> [Eight; 3] {
         let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
         for (lane, facet) in facets.into_iter().enumerate() {
             let normal = self.normals[usize::from(facet)];
             (x[lane], y[lane], z[lane]) = (normal.x, normal.y, normal.z);
         }
-        let [x, y, z] = [x, y, z].map(f32x8::new);
-        self.axes.map(|axis| -(x * axis.x + y * axis.y + z * axis.z))
+        let [x, y, z] = [f32x8::load_array(simd, x), f32x8::load_array(simd, y), f32x8::load_array(simd, z)];
+        let mut facing = [Eight::ZERO; 3];
+        for (along, axis) in facing.iter_mut().zip(self.axes) {
+            *along = (-(x * axis.x + y * axis.y + z * axis.z)).into();
+        }
+        facing
     }
 }
 

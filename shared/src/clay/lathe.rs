@@ -6,8 +6,8 @@
 use alloc::vec::Vec;
 use core::f32::consts::TAU;
 
-use super::contact::LANES;
 use super::ellipse::Step;
+use super::lanes::LANES;
 use super::profile::{Pass, Profile, thread};
 use super::{Contact, PlasticCsem, Press, Support, Surface, Window};
 use crate::tool::Side;

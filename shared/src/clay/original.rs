@@ -5,9 +5,9 @@
 //! Invariant: no element outside the contact moves.
 
 use glam::Vec3;
-use wide::f32x8;
 
-use super::contact::{Chunk, Column, Contacts, LANES, sum, turned};
+use super::contact::{Chunk, Column, Contacts, turned};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, apart, f32x8, only, splat, sum, with_vectors};
 use super::{Contact, Footprint, Method, Press, Surface};
 use crate::tool::Side;
 
@@ -49,38 +49,57 @@ impl Method for OriginalCsem {
 ///
 /// The footprint is laid over the touched window grown by `margin` columns and rows; empty when nothing is touched.
 pub(super) fn touch(surface: &Surface, press: &Press, margin: (u32, u32), footprint: &mut Footprint) -> Contact {
+    let vectors = footprint.scratch.vectors;
+    with_vectors!(vectors, simd => touch_with(simd, surface, press, margin, footprint))
+}
+
+#[inline(always)]
+fn touch_with<S: Simd>(
+    simd: S,
+    surface: &Surface,
+    press: &Press,
+    margin: (u32, u32),
+    footprint: &mut Footprint,
+) -> Contact {
     let mut contacts = core::mem::take(&mut footprint.scratch.contacts);
-    contacts.gather(surface, press, 0.0, footprint.scratch.cutter.as_deref_mut());
+    let cutter = footprint.scratch.cutter.as_deref_mut();
+    apart(
+        simd,
+        #[inline(always)]
+        || contacts.gather(simd, surface, press, 0.0, cutter),
+    );
     let window = if contacts.elements == 0 { super::Window::default() } else { contacts.window };
     let shape = surface.shape();
     footprint.reset(window.grown(shape, margin.0, margin.1).aligned(shape, LANES as u32));
-    let mut sums = Sums::default();
+    let mut sums = Sums::new(simd);
+    let zero = splat(simd, 0.0);
     let response = match press.side {
         Side::Outside => -press.response,
         Side::Inside => press.response,
     };
     for stretch in contacts.stretches() {
         let column = stretch.column;
-        footprint.write(shape, &stretch, response);
+        footprint.write(simd, shape, &stretch, response);
         for (number, (chunk, above)) in stretch.iter().enumerate() {
             if let Some(facing) = stretch.facing.get(number) {
                 sums.add_facing(column, chunk, facing);
                 continue;
             }
-            let touched = chunk.touched();
-            let distance = f32x8::splat(contacts.distance_m);
+            let (depth_m, radius_m, above) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd), above.on(simd));
+            let touched = chunk.touched(simd);
+            let distance = splat(simd, contacts.distance_m);
             let (point, met_m) = match press.side {
-                Side::Outside => (chunk.radius_m.simd_lt(distance) & touched, chunk.radius_m - chunk.penetration_m),
-                Side::Inside => (chunk.radius_m.simd_gt(distance) & touched, chunk.radius_m + chunk.penetration_m),
+                Side::Outside => (radius_m.simd_lt(distance) & touched, radius_m - depth_m),
+                Side::Inside => (radius_m.simd_gt(distance) & touched, radius_m + depth_m),
             };
             let line = touched & !point;
-            let weight = chunk.penetration_m & point;
-            let outwards = f32x8::splat(column.along_m) - met_m;
+            let weight = only(point, depth_m);
+            let outwards = splat(simd, column.along_m) - met_m;
             sums.add(Kind::Point, column, above, weight * outwards, weight);
-            if line.any() {
-                sums.add(Kind::Line, column, above, f32x8::ZERO, f32x8::ONE & line);
+            if line.any_true() {
+                sums.add(Kind::Line, column, above, zero, only(line, splat(simd, 1.0)));
                 let away = (above * above + column.aside_m * column.aside_m).sqrt();
-                let depth = (f32x8::splat(contacts.tool_m) - away) & line;
+                let depth = only(line, splat(simd, contacts.tool_m) - away);
                 sums.line_deepest = depth.to_array().into_iter().fold(sums.line_deepest, f32::max);
             }
         }
@@ -98,16 +117,21 @@ enum Kind {
 }
 
 /// What is gathered over the touched elements, in the pot's frame.
-#[derive(Default)]
-struct Sums {
+struct Sums<S: Simd> {
     /// `[point, line][x, y, z]`, m².
-    directions: [[f32x8; 3]; 2],
+    directions: [[f32x8<S>; 3]; 2],
     line_deepest: f32,
 }
 
-impl Sums {
+impl<S: Simd> Sums<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        Self { directions: [[splat(simd, 0.0); 3]; 2], line_deepest: 0.0 }
+    }
+
     /// Adds the ways from a chunk's elements to the tool's centre, weighted: `outwards` along the ray is weighted already.
-    fn add(&mut self, kind: Kind, column: &Column, above: f32x8, outwards: f32x8, weight: f32x8) {
+    #[inline(always)]
+    fn add(&mut self, kind: Kind, column: &Column, above: f32x8<S>, outwards: f32x8<S>, weight: f32x8<S>) {
         let [x, y, z] = &mut self.directions[kind as usize];
         let aside = weight * column.aside_m;
         *x += outwards * column.cos - aside * column.sin;
@@ -116,14 +140,19 @@ impl Sums {
     }
 
     /// Adds the way that each facet faces, weighted by its depth.
-    fn add_facing(&mut self, column: &Column, chunk: &Chunk, facing: &[f32x8; 3]) {
-        let [outwards, aside, up] = facing.map(|along| along * chunk.penetration_m);
+    #[inline(always)]
+    fn add_facing(&mut self, column: &Column, chunk: &Chunk, facing: &[Eight; 3]) {
+        let simd = self.directions[0][0].simd;
+        let depth_m = chunk.penetration_m.on(simd);
+        let [outwards, aside, up] = facing;
+        let (outwards, aside, up) = (outwards.on(simd) * depth_m, aside.on(simd) * depth_m, up.on(simd) * depth_m);
         let [x, y, z] = &mut self.directions[Kind::Point as usize];
         *x += outwards * column.cos - aside * column.sin;
         *y += outwards * column.sin + aside * column.cos;
         *z += up;
     }
 
+    #[inline(always)]
     fn contact(&self, surface: &Surface, press: &Press, contacts: &Contacts) -> Contact {
         let &Contacts { deepest_m, angle_rad, elements, tool_m, .. } = contacts;
         // what a facet faces is one long already

@@ -4,11 +4,11 @@
 //! Invariant: a tool held still sinks no deeper than where the clay carries it, and no element that yields rises.
 
 use glam::Vec3;
-use wide::f32x8;
 
 use super::bending::POISSON;
-use super::contact::{Chunk, Column, Contacts, Stretch, root, sum};
+use super::contact::{Chunk, Column, Contacts, Stretch};
 use super::ellipse::{Ellipse, Moments, Step};
+use super::lanes::{Simd, SimdBase, apart, f32x8, only, positive, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
 use super::series::{Asked, GivenWay};
@@ -58,7 +58,8 @@ pub struct PlasticCsem {
 impl Method for PlasticCsem {
     fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
         let mut scratch = core::mem::take(&mut footprint.scratch);
-        let contact = self.press_with(surface, press, footprint, &mut scratch);
+        let vectors = scratch.vectors;
+        let contact = with_vectors!(vectors, simd => self.press_with(simd, surface, press, footprint, &mut scratch));
         footprint.scratch = scratch;
         contact
     }
@@ -69,8 +70,10 @@ impl Method for PlasticCsem {
 }
 
 impl PlasticCsem {
-    fn press_with(
+    #[inline(always)]
+    fn press_with<S: Simd>(
         &self,
+        simd: S,
         surface: &Surface,
         press: &Press,
         footprint: &mut Footprint,
@@ -80,9 +83,14 @@ impl PlasticCsem {
             Side::Outside => 0.0,
             Side::Inside => surface.thickness_m(),
         };
-        scratch.contacts.gather(surface, press, behind_m, scratch.cutter.as_deref_mut());
+        let (contacts, cutter) = (&mut scratch.contacts, scratch.cutter.as_deref_mut());
+        apart(
+            simd,
+            #[inline(always)]
+            || contacts.gather(simd, surface, press, behind_m, cutter),
+        );
         if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
-            scratch.contacts.gather_nearest(surface, press, behind_m);
+            scratch.contacts.gather_nearest(simd, surface, press, behind_m);
         }
         footprint.reset(Window::default());
         if scratch.contacts.elements == 0 {
@@ -91,10 +99,11 @@ impl PlasticCsem {
         let step = Step::of(surface);
         // the two faces part here and at what yields, so that the rim is laid in one place
         let contacts = &mut scratch.contacts;
+        let at = At { surface, press, step };
         let round = (!contacts.is_faceted()).then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
         let (load_m2, met) = match &round {
-            Some(round) => self.bend_and_meet(surface, press, &step, round, contacts),
-            None => self.bend_and_meet(surface, press, &step, &Faceted, contacts),
+            Some(round) => self.bend_and_meet(simd, &at, round, contacts),
+            None => self.bend_and_meet(simd, &at, &Faceted, contacts),
         };
         let contacts = &scratch.contacts;
         let Some(Met { spot, pressure_pa, strain, around }) = met else {
@@ -102,18 +111,30 @@ impl PlasticCsem {
         };
         let Spot { ellipse, slide, open, .. } = spot;
         let carried = match &round {
-            Some(round) => yields(press, &spot, contacts, round, &mut scratch.pushes),
-            None => yields(press, &spot, contacts, &Faceted, &mut scratch.pushes),
+            Some(round) => apart(
+                simd,
+                #[inline(always)]
+                || yields(simd, press, &spot, contacts, round, &mut scratch.pushes),
+            ),
+            None => apart(
+                simd,
+                #[inline(always)]
+                || yields(simd, press, &spot, contacts, &Faceted, &mut scratch.pushes),
+            ),
         };
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let volume_m3 = -self.law.rim_share(strain, slide.share, open) * dent.content;
             let shape = RimShape::new(&self.law, slide, outwards(press.side) * around);
             let rim = Rim { dent: &dent, volume_m3, shape, tool_z_m: press.centre_m.z };
-            rim.lay(surface, contacts, &mut scratch.rim, footprint);
+            apart(
+                simd,
+                #[inline(always)]
+                || rim.lay(simd, surface, contacts, &mut scratch.rim, footprint),
+            );
             let mut pushes = scratch.pushes.as_slice();
             for stretch in contacts.stretches() {
                 let (of_column, rest) = pushes.split_at(stretch.chunks.len());
-                footprint.press_in(surface.shape(), stretch.column, of_column);
+                footprint.press_in(simd, surface.shape(), stretch.column, of_column);
                 pushes = rest;
             }
         }
@@ -137,31 +158,44 @@ impl PlasticCsem {
     }
 
     /// Force on a wall that bends, as [`PlasticCsem::bend`] tells it, and what the clay then opposes.
-    fn bend_and_meet(
+    #[inline(always)]
+    fn bend_and_meet<S: Simd>(
         &self,
-        surface: &Surface,
-        press: &Press,
-        step: &Step,
+        simd: S,
+        at: &At<'_>,
         face: &impl Face,
         contacts: &mut Contacts,
     ) -> (f32, Option<Met>) {
-        let load_m2 = self.bend(surface, press, step, face, contacts);
-        (load_m2, self.meet(surface, press, step, face, contacts, |_, chunk, _| chunk.penetration_m))
+        let load_m2 = self.bend(simd, at, face, contacts);
+        let met = self.meet(
+            simd,
+            at,
+            face,
+            contacts,
+            #[inline(always)]
+            |_, chunk, above| chunk.penetration_m.on(above.simd),
+        );
+        (load_m2, met)
     }
 
     /// What the clay opposes to penetrations; `None` where none is left.
-    fn meet(
+    #[inline(always)]
+    fn meet<S: Simd>(
         &self,
-        surface: &Surface,
-        press: &Press,
-        step: &Step,
+        simd: S,
+        at: &At<'_>,
         face: &impl Face,
         contacts: &Contacts,
-        penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
+        penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
     ) -> Option<Met> {
-        let (ellipse, slope) = contact_ellipse(contacts, step, face, penetration_m)?;
-        let slide = Slide::of(press, &ellipse);
-        Some(self.met(ellipse, slope, slide, press.strength, surface.support(), surface.thickness_m()))
+        let (ellipse, slope) = apart(
+            simd,
+            #[inline(always)]
+            || contact_ellipse(simd, contacts, &at.step, face, penetration_m),
+        )?;
+        let slide = Slide::of(at.press, &ellipse);
+        let (support, thickness_m) = (at.surface.support(), at.surface.thickness_m());
+        Some(self.met(ellipse, slope, slide, at.press.strength, support, thickness_m))
     }
 
     /// What clay opposes to a contact under which the tool has a slope at its edge.
@@ -200,23 +234,59 @@ impl PlasticCsem {
     /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
     ///
     /// Returns the force on the wall over Young's modulus, positive towards the axis, m².
-    fn bend(&self, surface: &Surface, press: &Press, step: &Step, face: &impl Face, contacts: &mut Contacts) -> f32 {
+    #[inline(always)]
+    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, face: &impl Face, contacts: &mut Contacts) -> f32 {
+        let &At { surface, press, step } = at;
         let Some(bending) = surface.bending() else { return 0.0 };
-        let way = GivenWay::settled(contacts, |contacts, way| {
-            let rest = |column: &Column, chunk: &Chunk, above| way.rest(column, chunk, above);
-            let met = self.meet(surface, press, step, face, contacts, rest)?;
-            let carried = radial(press, &met.spot, contacts, face, rest);
-            let force_n = carried * (met.pressure_pa * step.element_rad_m);
-            let ellipse = &met.spot.ellipse;
-            let patch_m = ellipse.mean_half_m();
-            Some(Asked {
-                load_m2: force_n / press.strength.youngs_pa,
-                compliance_per_m: bending.compliance(press.centre_m.z + ellipse.above_m, patch_m),
-                bow_per_m3: bending.bow(patch_m),
-            })
-        });
+        let asked = |contacts: &Contacts, way: &GivenWay| {
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    let (met, carried) = self.rest(simd, at, face, contacts, way)?;
+                    let force_n = carried * (met.pressure_pa * step.element_rad_m);
+                    let ellipse = &met.spot.ellipse;
+                    let patch_m = ellipse.mean_half_m();
+                    Some(Asked {
+                        load_m2: force_n / press.strength.youngs_pa,
+                        compliance_per_m: bending.compliance(press.centre_m.z + ellipse.above_m, patch_m),
+                        bow_per_m3: bending.bow(patch_m),
+                    })
+                },
+            )
+        };
+        let way = GivenWay::settled(simd, contacts, asked);
         outwards(press.side) * way.load_m2
     }
+
+    /// What the clay opposes to what is left of the penetrations after a wall has given way, and what [`radial`] says of it.
+    #[inline(always)]
+    fn rest<S: Simd>(
+        &self,
+        simd: S,
+        at: &At<'_>,
+        face: &impl Face,
+        contacts: &Contacts,
+        way: &GivenWay,
+    ) -> Option<(Met, f32)> {
+        let met = self.meet(
+            simd,
+            at,
+            face,
+            contacts,
+            #[inline(always)]
+            |column, chunk, above| way.rest(column, chunk, above),
+        )?;
+        let carried = radial(simd, at.press, &met.spot, contacts, face, way);
+        Some((met, carried))
+    }
+}
+
+/// A press on a surface, and the size of its elements.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    surface: &'a Surface,
+    press: &'a Press,
+    step: Step,
 }
 
 /// How much of a press is sliding, and where to.
@@ -274,16 +344,16 @@ const fn outwards(side: Side) -> f32 {
 /// How the tool leans against the rays that it meets: the part of its normal across them, down, and along them, which is never
 /// less than a half.
 #[derive(Clone, Copy)]
-struct Lean {
-    aside: f32x8,
-    up: f32x8,
-    ahead: f32x8,
+struct Lean<S: Simd> {
+    aside: f32x8<S>,
+    up: f32x8<S>,
+    ahead: f32x8<S>,
 }
 
 /// The side that a tool turns to the clay.
 trait Face {
     /// How it leans in a chunk of a column, given by its number, whose elements are `above` its middle.
-    fn lean(&self, stretch: &Stretch<'_>, number: usize, chunk: &Chunk, above: f32x8) -> Lean;
+    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, number: usize, chunk: &Chunk, above: f32x8<S>) -> Lean<S>;
 }
 
 /// A sphere, in its own lengths.
@@ -293,9 +363,10 @@ struct Round {
 
 impl Face for Round {
     #[inline(always)]
-    fn lean(&self, stretch: &Stretch<'_>, _: usize, chunk: &Chunk, above: f32x8) -> Lean {
-        let ahead = chunk.half_chord_m.fast_max(f32x8::splat(self.steepest_m));
-        Lean { aside: f32x8::splat(stretch.column.aside_m), up: above, ahead }
+    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, _: usize, chunk: &Chunk, above: f32x8<S>) -> Lean<S> {
+        let simd = above.simd;
+        let ahead = chunk.half_chord_m.on(simd).max(splat(simd, self.steepest_m));
+        Lean { aside: splat(simd, stretch.column.aside_m), up: above, ahead }
     }
 }
 
@@ -304,27 +375,31 @@ struct Faceted;
 
 impl Face for Faceted {
     #[inline(always)]
-    fn lean(&self, stretch: &Stretch<'_>, number: usize, _: &Chunk, _: f32x8) -> Lean {
-        let [ahead, aside, up] = stretch.facing[number];
-        Lean { aside, up: -up, ahead: ahead.abs().fast_max(f32x8::splat(STEEPEST)) }
+    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, number: usize, _: &Chunk, above: f32x8<S>) -> Lean<S> {
+        let simd = above.simd;
+        let [ahead, aside, up] = &stretch.facing[number];
+        Lean { aside: aside.on(simd), up: -up.on(simd), ahead: ahead.on(simd).abs().max(splat(simd, STEEPEST)) }
     }
 }
 
 /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
-fn contact_ellipse(
+#[inline(always)]
+fn contact_ellipse<S: Simd>(
+    simd: S,
     contacts: &Contacts,
     step: &Step,
     face: &impl Face,
-    penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
+    penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
 ) -> Option<(Ellipse, f32)> {
-    let mut moments = Moments::default();
-    let mut slopes = f32x8::ZERO;
+    let mut moments = Moments::new(simd);
+    let mut slopes = splat(simd, 0.0);
     for stretch in contacts.stretches() {
         for (number, (chunk, above)) in stretch.iter().enumerate() {
-            let weight = chunk.radius_m & penetration_m(stretch.column, chunk, above).simd_gt(f32x8::ZERO);
+            let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
+            let weight = only(positive(penetration_m(stretch.column, chunk, above)), radius);
             let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
             slopes += weight * (up * up + aside * aside) / (ahead * ahead);
-            moments.add(weight, chunk.radius_m, above);
+            moments.add(weight, radius, above);
         }
         moments.end_column(stretch.column.angle_rad);
     }
@@ -408,66 +483,77 @@ pub(super) struct Bed {
 impl Bed {
     /// Elastic depth at a place, m, and its share of what it would be if all of the contact gave way as its middle does.
     #[inline(always)]
-    pub(super) fn depth_m(&self, arc: f32x8, above: f32x8) -> (f32x8, f32x8) {
+    pub(super) fn depth_m<S: Simd>(&self, arc: f32x8<S>, above: f32x8<S>) -> (f32x8<S>, f32x8<S>) {
+        let one = splat(arc.simd, 1.0);
         let (across, up) = (arc * self.across_per_m - self.across, above * self.up_per_m - self.up);
-        let q2 = (across * across + up * up).fast_min(f32x8::ONE);
-        let shape = f32x8::ONE - q2 * (q2 * q2 * self.edge + self.near);
+        let q2 = (across * across + up * up).min(one);
+        let shape = one - q2 * (q2 * q2 * self.edge + self.near);
         if !self.slides {
             return (shape * self.middle_m, shape);
         }
         let aside = up * self.aside[0] - across * self.aside[1];
-        let left = (aside * aside).fast_min(f32x8::ONE) * self.sliding + (self.middle_m - self.sliding);
+        let left = (aside * aside).min(one) * self.sliding + (self.middle_m - self.sliding);
         (shape * left, shape)
     }
 }
 
 /// What a contact carries and what of it yields.
-struct Carried {
+struct Carried<S: Simd> {
     /// Sums over the elements of share·area and of share·area·normal, over the area of an element at radius 1.
     all: f32,
     normals: Vec3,
     /// Of the volume that yields, negative where it goes towards the axis.
-    dent: Moments,
+    dent: Moments<S>,
 }
 
-/// Splits what a tool presses into what springs back and what yields, which goes to `pushes`.
-fn yields(
+/// Splits what a tool presses into what springs back and what yields, which goes to the first of `pushes`.
+#[inline(always)]
+fn yields<S: Simd>(
+    simd: S,
     press: &Press,
     spot: &Spot,
     contacts: &Contacts,
     face: &impl Face,
     pushes: &mut alloc::vec::Vec<Push>,
-) -> Carried {
-    let mut dent = Moments::default();
-    let [mut x, mut y, mut z, mut all] = [f32x8::ZERO; 4];
+) -> Carried<S> {
+    let mut dent = Moments::new(simd);
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let [mut x, mut y, mut z, mut all] = [zero; 4];
     let bed = spot.bed();
     let outwards = outwards(press.side);
     let response = -outwards * press.response;
-    pushes.clear();
+    if pushes.len() < contacts.found() {
+        pushes.resize(contacts.found(), Push::NONE);
+    }
+    let mut rest = pushes.as_mut_slice();
     for stretch in contacts.stretches() {
         let &Column { angle_rad, cos, sin, .. } = stretch.column;
-        let begin = pushes.len();
+        let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
+        rest = others;
         // three short loops: the figures of one long one would not fit into the registers of a small processor
-        pushes.extend(stretch.iter().map(|(chunk, above)| {
-            let Chunk { penetration_m: depth, radius_m: radius, .. } = *chunk;
-            let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
+        for ((chunk, above), push) in stretch.iter().zip(&mut *pushes) {
+            let (depth, radius) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd));
+            let (elastic, shape) = bed.depth_m(radius * angle_rad, above.on(simd));
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
-            let carried = part.fast_min(f32x8::ONE) * shape * (radius - depth * outwards);
-            let rising = (f32x8::ONE - part).fast_max(f32x8::ZERO);
-            Push { delta_m: (depth - elastic).fast_max(f32x8::ZERO) * response, rising, carried }
-        }));
-        let [mut ahead_sum, mut aside_sum] = [f32x8::ZERO; 2];
-        for (number, ((chunk, above), push)) in stretch.iter().zip(&pushes[begin..]).enumerate() {
-            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
-            let slope = push.carried / ahead;
-            ahead_sum += push.carried;
+            let carried = part.min(one) * shape * (radius - depth * outwards);
+            let rising = (one - part).max(zero);
+            let delta = (depth - elastic).max(zero) * response;
+            *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
+        }
+        let [mut ahead_sum, mut aside_sum] = [zero; 2];
+        for (number, ((chunk, above), push)) in stretch.iter().zip(&*pushes).enumerate() {
+            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above.on(simd));
+            let carried = push.carried.on(simd);
+            let slope = carried / ahead;
+            ahead_sum += carried;
             aside_sum += slope * aside;
             z -= slope * up;
         }
-        for ((chunk, above), push) in stretch.iter().zip(&pushes[begin..]) {
-            dent.add(push.delta_m * chunk.radius_m, chunk.radius_m, above);
+        for ((chunk, above), push) in stretch.iter().zip(&*pushes) {
+            let radius = chunk.radius_m.on(simd);
+            dent.add(push.delta_m.on(simd) * radius, radius, above.on(simd));
         }
         dent.end_column(angle_rad);
         all += ahead_sum;
@@ -477,25 +563,23 @@ fn yields(
     Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
 }
 
-/// Sum of share·area·(the normal's part along the tool's own ray, away from the clay), over the area of an element at radius 1.
-fn radial(
-    press: &Press,
-    spot: &Spot,
-    contacts: &Contacts,
-    face: &impl Face,
-    penetration_m: impl Fn(&Column, &Chunk, f32x8) -> f32x8,
-) -> f32 {
-    let [mut x, mut y] = [f32x8::ZERO; 2];
+/// Sum of share·area·(the normal's part along the tool's own ray, away from the clay), over the area of an element at radius 1,
+/// after a wall has given way.
+#[inline(always)]
+fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, face: &impl Face, way: &GivenWay) -> f32 {
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let [mut x, mut y] = [zero; 2];
     let bed = spot.bed();
     let outwards = outwards(press.side);
     for stretch in contacts.stretches() {
         let &Column { angle_rad, cos, sin, .. } = stretch.column;
-        let [mut ahead_sum, mut aside_sum] = [f32x8::ZERO; 2];
+        let [mut ahead_sum, mut aside_sum] = [zero; 2];
         for (number, (chunk, above)) in stretch.iter().enumerate() {
-            let depth = penetration_m(stretch.column, chunk, above);
+            let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
+            let depth = way.rest(stretch.column, chunk, above);
             let Lean { aside, ahead, .. } = face.lean(&stretch, number, chunk, above);
-            let (elastic, shape) = bed.depth_m(chunk.radius_m * angle_rad, above);
-            let carried = (depth / elastic).fast_min(f32x8::ONE) * shape * (chunk.radius_m - depth * outwards);
+            let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
+            let carried = (depth / elastic).min(one) * shape * (radius - depth * outwards);
             ahead_sum += carried;
             aside_sum += carried / ahead * aside;
         }

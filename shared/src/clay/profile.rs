@@ -7,11 +7,13 @@ use alloc::vec::Vec;
 use core::f32::consts::{PI, TAU};
 
 use glam::Vec3;
-use wide::f32x8;
 
-use super::contact::{LANES, load, sum};
 use super::ellipse::{Ellipse, Step};
-use super::plastic::{Met, STEEPEST, Slide, Spot};
+use super::lanes::{
+    LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, Vectors, counted, f32x8, only, positive, splat, sum,
+    with_vectors,
+};
+use super::plastic::{Bed, Met, STEEPEST, Slide, Spot};
 use super::rim::{Rim, RimShape};
 use super::{Contact, PlasticCsem, Strength, Support};
 
@@ -46,11 +48,13 @@ pub(super) struct Pass {
 
 impl Pass {
     /// Depth of the tool in clay of a radius at an angle from it, m.
-    fn depth_m(&self, radius: f32x8, angle: f32x8, chord_m2: f32x8) -> f32x8 {
+    #[inline(always)]
+    fn depth_m<S: Simd>(&self, radius: f32x8<S>, angle: f32x8<S>, chord_m2: f32x8<S>) -> f32x8<S> {
+        let zero = splat(radius.simd, 0.0);
         let aside = sine(angle) * self.distance_m;
         let chord2 = chord_m2 - aside * aside;
-        let near_side = cosine(angle) * self.distance_m - chord2.fast_max(f32x8::ZERO).sqrt();
-        (radius - near_side).fast_max(f32x8::ZERO) & chord2.simd_gt(f32x8::ZERO)
+        let near_side = cosine(angle) * self.distance_m - chord2.max(zero).sqrt();
+        only(positive(chord2), (radius - near_side).max(zero))
     }
 }
 
@@ -75,15 +79,31 @@ pub(super) struct Profile {
     behind_rad: Vec<f32>,
     /// Rows for which all but the radii may be other than zero.
     alive: (usize, usize),
+    vectors: Vectors,
 }
 
-/// Rows of one pass, eight at a time.
+/// Rows of one pass.
 #[derive(Clone, Copy)]
 struct Rows {
-    at: usize,
-    /// Height above the tool, m, and half the tool's chord there squared, m².
-    above_m: f32x8,
-    chord_m2: f32x8,
+    first: usize,
+    end: usize,
+    row_m: f32,
+    z_m: f32,
+    radius_m: f32,
+}
+
+impl Rows {
+    /// Where they begin, eight by eight.
+    fn eights(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.first..self.end).step_by(LANES)
+    }
+
+    /// Heights of eight rows above the tool, m, and half the tool's chord there squared, m².
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, at: usize) -> (f32x8<S>, f32x8<S>) {
+        let above_m = counted(simd, at as f32) * self.row_m - self.z_m;
+        (above_m, splat(simd, self.radius_m * self.radius_m) - above_m * above_m)
+    }
 }
 
 impl Profile {
@@ -101,6 +121,7 @@ impl Profile {
             before_rad: zeros(),
             behind_rad: zeros(),
             alive: (0, 0),
+            vectors: Vectors::default(),
         }
     }
 
@@ -153,31 +174,37 @@ impl Profile {
     /// With D what an element loses while it passes, u what it rises before and behind the tool, a row falls by `Δ = D − u`
     /// a turn. It meets the tool `Δ/2 + u_before` wider than its mean.
     pub(super) fn advance(&mut self, law: &PlasticCsem, pass: &Pass) -> Contact {
+        with_vectors!(self.vectors, simd => self.advance_with(simd, law, pass))
+    }
+
+    #[inline(always)]
+    fn advance_with<S: Simd>(&mut self, simd: S, law: &PlasticCsem, pass: &Pass) -> Contact {
         let (first, end) = self.reach(pass.radius_m, pass.z_m);
         let (alive_first, alive_end) = self.alive;
         self.rest_rows(alive_first, alive_end.min(first));
         self.rest_rows(alive_first.max(end), alive_end);
         self.alive = (first, end);
-        let rows = self.rows(pass, first, end);
-        let Some((ellipse, slope)) = self.touch(pass, rows.clone()) else {
+        let rows = Rows { first, end, row_m: self.step.row_m, z_m: pass.z_m, radius_m: pass.radius_m };
+        let Some((ellipse, slope)) = self.touch(simd, pass, rows) else {
             return Contact::default();
         };
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
         let slide = Slide { along: share, up: 0.0, share };
         let met = law.met(ellipse, slope, slide, pass.strength, Support::Backed, self.thickness_m);
         let Met { spot, pressure_pa, strain, around } = &met;
-        let (carried, dent) = self.press(pass, spot, rows.clone());
+        let (carried, dent) = self.press(simd, pass, spot, rows);
         if let Some(dent) = dent {
             let rising = law.law.rim_share(*strain, share, spot.open);
             let shape = RimShape::new(&law.law, slide, *around);
-            self.rise(pass, spot, &dent, rising, shape, rows.clone());
+            let rim = Rim { dent: &dent, volume_m3: rising * dent.content, shape, tool_z_m: pass.z_m };
+            self.rise(simd, pass, spot, &rim, rows);
         } else {
             let [before, behind] = &mut self.inside_m;
             for rows in [before, behind, &mut self.lead_m, &mut self.fall_m] {
                 rows[first..end].fill(0.0);
             }
         }
-        self.settle(pass, rows);
+        self.settle(simd, pass, rows);
         Contact {
             force_n: carried.force * (pressure_pa * self.step.row_m),
             elements: (ellipse.content / (ellipse.radius_m * self.step.element_rad_m)) as u32,
@@ -186,34 +213,27 @@ impl Profile {
         }
     }
 
-    fn rows(&self, pass: &Pass, first: usize, end: usize) -> impl Iterator<Item = Rows> + Clone + use<> {
-        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        let (row_m, z_m, radius_m) = (self.step.row_m, pass.z_m, pass.radius_m);
-        (first..end).step_by(LANES).map(move |at| {
-            let above_m = (lanes + at as f32) * row_m - z_m;
-            Rows { at, above_m, chord_m2: f32x8::splat(radius_m * radius_m) - above_m * above_m }
-        })
-    }
-
     /// Where the tool touches, as an ellipse whose arc is counted against the clay's turning, and its slope at the edge.
-    fn touch(&mut self, pass: &Pass, rows: impl Iterator<Item = Rows>) -> Option<(Ellipse, f32)> {
-        let [mut all, mut radii, mut arcs, mut arcs2, mut aboves, mut aboves2, mut slopes] = [f32x8::ZERO; 7];
-        let steepest_m2 = f32x8::splat(STEEPEST * STEEPEST * pass.radius_m * pass.radius_m);
-        for Rows { at, above_m, chord_m2 } in rows {
-            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at);
-            let [rises, after] = self.inside_m.each_ref().map(|rows| eight(rows, at));
-            let trail = lead + rises + after - eight(&self.pressed_m, at);
+    #[inline(always)]
+    fn touch<S: Simd>(&mut self, simd: S, pass: &Pass, rows: Rows) -> Option<(Ellipse, f32)> {
+        let [mut all, mut radii, mut arcs, mut arcs2, mut aboves, mut aboves2, mut slopes] = [splat(simd, 0.0); 7];
+        let steepest_m2 = splat(simd, STEEPEST * STEEPEST * pass.radius_m * pass.radius_m);
+        for at in rows.eights() {
+            let (above_m, chord_m2) = rows.at(simd, at);
+            let lead = eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at);
+            let (rises, after) = (eight(simd, &self.inside_m[0], at), eight(simd, &self.inside_m[1], at));
+            let trail = lead + rises + after - eight(simd, &self.pressed_m, at);
             let before = edge_rad(lead, chord_m2, pass.distance_m);
-            let behind = edge_rad(trail, chord_m2, pass.distance_m) & before.simd_gt(f32x8::ZERO);
+            let behind = only(positive(before), edge_rad(trail, chord_m2, pass.distance_m));
             put(&mut self.before_rad, at, before);
             put(&mut self.behind_rad, at, behind);
             let angle = before + behind;
-            if !angle.simd_gt(f32x8::ZERO).any() {
+            if !positive(angle).any_true() {
                 continue;
             }
             let radius = (lead + trail) * 0.5;
             let weight = angle * radius;
-            let above = above_m & before.simd_gt(f32x8::ZERO);
+            let above = only(positive(before), above_m);
             all += weight;
             radii += weight * radius;
             arcs += (before - behind) * weight * radius * 0.5;
@@ -222,7 +242,7 @@ impl Profile {
             aboves2 += weight * above * above;
             for (place, share) in SLOPE_NODES {
                 let aside = sine(angle * place - behind) * pass.distance_m;
-                let chord = (chord_m2 - aside * aside).fast_max(steepest_m2);
+                let chord = (chord_m2 - aside * aside).max(steepest_m2);
                 slopes += weight * (above * above + aside * aside) / chord * share;
             }
         }
@@ -231,7 +251,8 @@ impl Profile {
     }
 
     /// The ellipse of weights and of their products with radius, arc, arc², height and height².
-    fn ellipse(&self, sums: [f32x8; 6], spread: f32) -> Option<Ellipse> {
+    #[inline(always)]
+    fn ellipse<S: Simd>(&self, sums: [f32x8<S>; 6], spread: f32) -> Option<Ellipse> {
         let [all, radius, arc, arc2, above, above2] = sums.map(sum);
         if all <= 0.0 {
             return None;
@@ -251,37 +272,41 @@ impl Profile {
     }
 
     /// Follows every row through the contact; what it loses goes to `pressed_m`, and by how much of its depth to `fall_m`.
-    fn press(&mut self, pass: &Pass, spot: &Spot, rows: impl Iterator<Item = Rows>) -> (Carried, Option<Ellipse>) {
-        let mut sums = [f32x8::ZERO; 6];
-        let [mut radial, mut along, mut up, mut deepest] = [f32x8::ZERO; 4];
-        let steepest = f32x8::splat(STEEPEST * pass.radius_m);
+    #[inline(always)]
+    fn press<S: Simd>(&mut self, simd: S, pass: &Pass, spot: &Spot, rows: Rows) -> (Carried, Option<Ellipse>) {
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let mut sums = [zero; 6];
+        let [mut radial, mut along, mut up, mut deepest] = [zero; 4];
+        let steepest = splat(simd, STEEPEST * pass.radius_m);
         let bed = spot.bed();
-        for Rows { at, above_m, chord_m2 } in rows {
-            let (before, behind) = (eight(&self.before_rad, at), eight(&self.behind_rad, at));
-            let touched = before.simd_gt(f32x8::ZERO);
-            if !touched.any() {
-                put(&mut self.pressed_m, at, f32x8::ZERO);
+        for at in rows.eights() {
+            let (above_m, chord_m2) = rows.at(simd, at);
+            let (before, behind) = (eight(simd, &self.before_rad, at), eight(simd, &self.behind_rad, at));
+            let touched = positive(before);
+            if !touched.any_true() {
+                put(&mut self.pressed_m, at, zero);
                 continue;
             }
-            let above = above_m & touched;
-            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at) + eight(&self.inside_m[0], at);
+            let above = only(touched, above_m);
+            let lead =
+                eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at) + eight(simd, &self.inside_m[0], at);
             let width = (before + behind) * (1.0 / NODES as f32);
             let share = gives_way(width * pass.rate_per_rad);
             let (mut radius, mut angle) = (lead, before - width * 0.5);
             for _ in 0..NODES {
                 let sin = sine(angle);
                 let aside = sin * pass.distance_m;
-                let chord = (chord_m2 - aside * aside).fast_max(f32x8::ZERO).sqrt();
-                let depth = (radius - (cosine(angle) * pass.distance_m - chord)).fast_max(f32x8::ZERO) & touched;
+                let chord = (chord_m2 - aside * aside).max(zero).sqrt();
+                let depth = only(touched, (radius - (cosine(angle) * pass.distance_m - chord)).max(zero));
                 let arc = radius * angle;
                 let (elastic, shape) = bed.depth_m(arc, above);
-                let push = (depth - elastic).fast_max(f32x8::ZERO) * share;
-                let carried = (depth / elastic).fast_min(f32x8::ONE) * shape * (radius - depth) * width;
-                let slope = carried / chord.fast_max(steepest);
+                let push = (depth - elastic).max(zero) * share;
+                let carried = (depth / elastic).min(one) * shape * (radius - depth) * width;
+                let slope = carried / chord.max(steepest);
                 radial += carried - slope * aside * sin;
                 along -= carried * sin + slope * aside;
                 up -= slope * above;
-                deepest = deepest.fast_max(depth);
+                deepest = deepest.max(depth);
                 let weight = push * radius;
                 let arc_width = radius * width;
                 sums[0] += weight;
@@ -293,7 +318,7 @@ impl Profile {
                 radius -= push;
                 angle -= width;
             }
-            put(&mut self.pressed_m, at, (lead - radius) & touched);
+            put(&mut self.pressed_m, at, only(touched, lead - radius));
         }
         let deepest_m = deepest.to_array().into_iter().fold(0.0, f32::max);
         let force = Vec3::new(sum(radial), sum(along), sum(up));
@@ -303,89 +328,118 @@ impl Profile {
     /// Lays the rim of all that was pressed in a turn; what rises before the tool goes to `lead_m`, both to `fall_m`.
     ///
     /// A turn of an element under a rim of volume V a turn raises it by `V/(π·a·b·I)·∫κ ds/(2π·r)`.
-    fn rise(
-        &mut self,
-        pass: &Pass,
-        spot: &Spot,
-        dent: &Ellipse,
-        rising: f32,
-        shape: RimShape,
-        rows: impl Iterator<Item = Rows>,
-    ) {
-        let scale = rising * dent.content / (PI * dent.half_height_m * shape.area());
-        let (end, narrow) = (f32x8::splat(shape.end), 1.0 / shape.width);
+    #[inline(always)]
+    fn rise<S: Simd>(&mut self, simd: S, pass: &Pass, spot: &Spot, rim: &Rim<'_>, rows: Rows) {
+        let zero = splat(simd, 0.0);
+        let Rim { dent, volume_m3, shape, .. } = rim;
+        let scale = volume_m3 / (PI * dent.half_height_m * shape.area());
+        let end = splat(simd, shape.end);
         let bed = spot.bed();
-        for Rows { at, above_m, chord_m2 } in rows {
+        let narrowest_m = self.bounds_m.0;
+        for at in rows.eights() {
+            let (above_m, chord_m2) = rows.at(simd, at);
             let high = (above_m - dent.above_m) * (1.0 / dent.half_height_m);
             let high2 = high * high;
-            let outer = (end - high2).fast_max(f32x8::ZERO).sqrt();
-            if !outer.simd_gt(f32x8::ZERO).any() {
+            let outer = (end - high2).max(zero).sqrt();
+            if !positive(outer).any_true() {
                 let [before, behind] = &mut self.inside_m;
                 for rows in [before, behind, &mut self.lead_m, &mut self.fall_m] {
-                    put(rows, at, f32x8::ZERO);
+                    put(rows, at, zero);
                 }
                 continue;
             }
-            let inner = (f32x8::splat(Rim::BEGIN) - high2).fast_max(f32x8::ZERO).sqrt();
-            let lead = eight(&self.radii_m, at) + eight(&self.lead_m, at) + eight(&self.inside_m[0], at);
-            let trail = lead - eight(&self.pressed_m, at);
-            let crest = |across: f32x8, sign: f32| {
-                let q2 = across * across + high2;
-                let beyond = (q2 - 1.0) * narrow;
-                let within = ((q2 - Rim::BEGIN) * (1.0 / (1.0 - Rim::BEGIN))).fast_min(f32x8::ONE);
-                let uneven = (across * across - high2) * shape.around;
-                let weight = (across * (sign * shape.along) + uneven + 1.0).fast_max(f32x8::ZERO);
-                (end - q2) * within * weight / (beyond * beyond + 1.0)
-            };
-            // under the tool, where it rises the less the more it is pressed, and outside
-            let side = |sign: f32, radius: f32x8, edge_rad: f32x8| {
-                let radius = radius.fast_max(f32x8::splat(self.bounds_m.0));
-                let edge = (edge_rad * radius - dent.arc_m * sign) * (1.0 / dent.half_arc_m);
-                let edge = edge_rad.simd_gt(f32x8::ZERO).bitselect(edge, f32x8::ZERO).fast_max(inner).fast_min(outer);
-                let (mut under, mut outside) = (f32x8::ZERO, f32x8::ZERO);
-                for (place, share) in RIM_NODES {
-                    // nearer to each other at the crest, which is narrow under a sliding tool
-                    outside += crest(edge + (outer - edge) * (place * place), sign) * (2.0 * place * share);
-                }
-                if edge.simd_gt(inner).any() {
-                    for (place, share) in RIM_NODES {
-                        let across = inner + (edge - inner) * place;
-                        let arc = across * (sign * dent.half_arc_m) + dent.arc_m;
-                        let depth = pass.depth_m(radius, arc / radius, chord_m2);
-                        let (elastic, _) = bed.depth_m(arc, above_m);
-                        under += crest(across, sign) * (f32x8::ONE - depth / elastic).fast_max(f32x8::ZERO) * share;
-                    }
-                }
-                let scale = f32x8::splat(scale) / radius;
-                [under * (edge - inner) * scale, outside * (outer - edge) * scale]
-            };
-            let [under, outside] = side(1.0, lead, eight(&self.before_rad, at));
+            let inner = (splat(simd, Rim::BEGIN) - high2).max(zero).sqrt();
+            let lead = eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at);
+            let lead = lead + eight(simd, &self.inside_m[0], at);
+            let trail = lead - eight(simd, &self.pressed_m, at);
+            let across = Across { pass, bed: &bed, dent, shape, above_m, chord_m2, high2, inner, outer, end };
+            let edge_rad = eight(simd, &self.before_rad, at);
+            let [under, outside] = across.risen(1.0, lead.max(splat(simd, narrowest_m)), edge_rad, scale);
             put(&mut self.inside_m[0], at, under);
             put(&mut self.lead_m, at, outside);
-            let [under, outside] = side(-1.0, trail, eight(&self.behind_rad, at));
+            let edge_rad = eight(simd, &self.behind_rad, at);
+            let [under, outside] = across.risen(-1.0, trail.max(splat(simd, narrowest_m)), edge_rad, scale);
             put(&mut self.inside_m[1], at, under);
             put(&mut self.fall_m, at, outside);
         }
     }
 
     /// Moves the rows by the turns that the pass lasts.
-    fn settle(&mut self, pass: &Pass, rows: impl Iterator<Item = Rows>) {
-        let (low, high) = (f32x8::splat(self.bounds_m.0), f32x8::splat(self.bounds_m.1));
-        for Rows { at, .. } in rows {
-            let risen_before = eight(&self.lead_m, at);
-            let [under_before, under_behind] = self.inside_m.each_ref().map(|rows| eight(rows, at));
-            let risen = (risen_before + eight(&self.fall_m, at)) + (under_before + under_behind);
-            let fall = eight(&self.pressed_m, at) - risen;
-            let (before, behind) = (eight(&self.before_rad, at), eight(&self.behind_rad, at));
+    #[inline(always)]
+    fn settle<S: Simd>(&mut self, simd: S, pass: &Pass, rows: Rows) {
+        let (low, high) = (splat(simd, self.bounds_m.0), splat(simd, self.bounds_m.1));
+        for at in rows.eights() {
+            let risen_before = eight(simd, &self.lead_m, at);
+            let (under_before, under_behind) = (eight(simd, &self.inside_m[0], at), eight(simd, &self.inside_m[1], at));
+            let risen = (risen_before + eight(simd, &self.fall_m, at)) + (under_before + under_behind);
+            let fall = eight(simd, &self.pressed_m, at) - risen;
+            let (before, behind) = (eight(simd, &self.before_rad, at), eight(simd, &self.behind_rad, at));
             // what is pressed comes to rest as its depth goes: half of that change belongs to this pass
             let slower = gives_way((before + behind) * pass.rate_per_rad) * (0.5 * pass.turns) + 1.0;
-            let radius = eight(&self.radii_m, at);
-            let moved = (radius - fall * pass.turns / slower).fast_max(low).fast_min(high);
-            let kept = moved.simd_eq(moved) & fall.simd_ne(f32x8::ZERO);
-            put(&mut self.radii_m, at, kept.bitselect(moved, radius));
+            let radius = eight(simd, &self.radii_m, at);
+            let moved = (radius - fall * pass.turns / slower).max(low).min(high);
+            let kept = moved.simd_eq(moved) & fall.simd_ne(splat(simd, 0.0));
+            put(&mut self.radii_m, at, kept.select(moved, radius));
             put(&mut self.fall_m, at, fall);
             put(&mut self.lead_m, at, fall * 0.5 + risen_before);
         }
+    }
+}
+
+/// The rim across eight rows, from where it begins to where it ends, in half axes of the dent.
+struct Across<'a, S: Simd> {
+    pass: &'a Pass,
+    bed: &'a Bed,
+    dent: &'a Ellipse,
+    shape: &'a RimShape,
+    /// Heights above the tool, m, and half its chord there squared, m².
+    above_m: f32x8<S>,
+    chord_m2: f32x8<S>,
+    /// Square of the height from the dent's middle, over the half axis.
+    high2: f32x8<S>,
+    inner: f32x8<S>,
+    outer: f32x8<S>,
+    end: f32x8<S>,
+}
+
+impl<S: Simd> Across<'_, S> {
+    /// Height of the rim, over that of its crest.
+    #[inline(always)]
+    fn crest(&self, across: f32x8<S>, sign: f32) -> f32x8<S> {
+        let (zero, one) = (splat(across.simd, 0.0), splat(across.simd, 1.0));
+        let q2 = across * across + self.high2;
+        let beyond = (q2 - 1.0) * (1.0 / self.shape.width);
+        let within = ((q2 - Rim::BEGIN) * (1.0 / (1.0 - Rim::BEGIN))).min(one);
+        let uneven = (across * across - self.high2) * self.shape.around;
+        let weight = (across * (sign * self.shape.along) + uneven + 1.0).max(zero);
+        (self.end - q2) * within * weight / (beyond * beyond + 1.0)
+    }
+
+    /// What rises on one side of the dent's middle in a turn, m: under the tool, where it rises the less the more it is pressed,
+    /// and outside of it.
+    #[inline(always)]
+    fn risen(&self, sign: f32, radius: f32x8<S>, edge_rad: f32x8<S>, scale: f32) -> [f32x8<S>; 2] {
+        let &Self { inner, outer, dent, .. } = self;
+        let simd = radius.simd;
+        let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+        let edge = (edge_rad * radius - dent.arc_m * sign) * (1.0 / dent.half_arc_m);
+        let edge = only(positive(edge_rad), edge).max(inner).min(outer);
+        let (mut under, mut outside) = (zero, zero);
+        for (place, share) in RIM_NODES {
+            // nearer to each other at the crest, which is narrow under a sliding tool
+            outside += self.crest(edge + (outer - edge) * (place * place), sign) * (2.0 * place * share);
+        }
+        if edge.simd_gt(inner).any_true() {
+            for (place, share) in RIM_NODES {
+                let across = inner + (edge - inner) * place;
+                let arc = across * (sign * dent.half_arc_m) + dent.arc_m;
+                let depth = self.pass.depth_m(radius, arc / radius, self.chord_m2);
+                let (elastic, _) = self.bed.depth_m(arc, self.above_m);
+                under += self.crest(across, sign) * (one - depth / elastic).max(zero) * share;
+            }
+        }
+        let scale = splat(simd, scale) / radius;
+        [under * (edge - inner) * scale, outside * (outer - edge) * scale]
     }
 }
 
@@ -396,37 +450,43 @@ struct Carried {
 }
 
 /// `1 − exp(−x)` for a small x, to a millionth up to 0.3.
-fn gives_way(x: f32x8) -> f32x8 {
+#[inline(always)]
+fn gives_way<S: Simd>(x: f32x8<S>) -> f32x8<S> {
     x / (x * (x * (1.0 / 12.0) + 0.5) + 1.0)
 }
 
 /// Angle from a tool at `distance_m` at which it meets a row of radius r, rad; zero where it does not.
 ///
 /// `1 − cosθ = (h² − (H − r)²)/(2·H·r)`, h half its chord.
-fn edge_rad(radius: f32x8, chord_m2: f32x8, distance_m: f32) -> f32x8 {
-    let apart = f32x8::splat(distance_m) - radius;
+#[inline(always)]
+fn edge_rad<S: Simd>(radius: f32x8<S>, chord_m2: f32x8<S>, distance_m: f32) -> f32x8<S> {
+    let apart = splat(radius.simd, distance_m) - radius;
     let over = chord_m2 - apart * apart;
-    let touched = over.simd_gt(f32x8::ZERO) & radius.simd_gt(f32x8::ZERO);
-    let versine = (over / (radius * (2.0 * distance_m))) & touched;
+    let touched = positive(over) & positive(radius);
+    let versine = only(touched, over / (radius * (2.0 * distance_m)));
     (versine * 2.0).sqrt() * (versine * (versine * (3.0 / 160.0) + 1.0 / 12.0) + 1.0)
 }
 
-fn sine(angle: f32x8) -> f32x8 {
+#[inline(always)]
+fn sine<S: Simd>(angle: f32x8<S>) -> f32x8<S> {
     let square = angle * angle;
     angle * (square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0)
 }
 
-fn cosine(angle: f32x8) -> f32x8 {
+#[inline(always)]
+fn cosine<S: Simd>(angle: f32x8<S>) -> f32x8<S> {
     let square = angle * angle;
     square * (square * (square * (-1.0 / 720.0) + 1.0 / 24.0) - 0.5) + 1.0
 }
 
-fn eight(rows: &[f32], at: usize) -> f32x8 {
-    load(&rows[at..at + LANES])
+#[inline(always)]
+fn eight<S: Simd>(simd: S, rows: &[f32], at: usize) -> f32x8<S> {
+    f32x8::from_slice(simd, &rows[at..at + LANES])
 }
 
-fn put(rows: &mut [f32], at: usize, lanes: f32x8) {
-    rows[at..at + LANES].copy_from_slice(&lanes.to_array());
+#[inline(always)]
+fn put<S: Simd>(rows: &mut [f32], at: usize, lanes: f32x8<S>) {
+    lanes.store_slice(&mut rows[at..at + LANES]);
 }
 
 /// How far along its turn a place of the thread is, from −½ right behind the tool to ½ right before it.

@@ -7,10 +7,9 @@ use core::f32::consts::PI;
 
 use alloc::vec::Vec;
 
-use wide::f32x8;
-
-use super::contact::{Contacts, LANES, nearest_turn, root};
+use super::contact::{Contacts, nearest_turn};
 use super::ellipse::{Ellipse, Step};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, counted, f32x8, root, splat};
 use super::law::PlasticLaw;
 use super::plastic::Slide;
 use super::{Footprint, GridShape, Surface, Window};
@@ -63,8 +62,10 @@ impl Rim<'_> {
     pub(super) const BEGIN: f32 = 0.75;
 
     /// Lays the footprint over rim and contact, and fills it with the rim.
-    pub(super) fn lay(
+    #[inline(always)]
+    pub(super) fn lay<S: Simd>(
         &self,
+        simd: S,
         surface: &Surface,
         contacts: &Contacts,
         RimScratch { rows, bands }: &mut RimScratch,
@@ -80,7 +81,7 @@ impl Rim<'_> {
         if crest_m == 0.0 {
             return;
         }
-        self.fill_rows(surface, window, centre_z, rows);
+        self.fill_rows(simd, surface, window, centre_z, rows);
         let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
         bands.clear();
@@ -88,39 +89,49 @@ impl Rim<'_> {
         let off_rad = centre_rad - middle * step.column_rad;
         let arc_per_rad = dent.radius_m / dent.half_arc_m;
         let (half_height_m, rows_per_m) = (dent.half_height_m, 1.0 / step.row_m);
-        let chunk = |z_m: f32| ((z_m * rows_per_m) as u32).saturating_sub(window.first_row) as usize / LANES;
-        for (local, column) in window.grid_columns(surface.shape()).enumerate() {
+        let chunk = |row: f32| (row as u32).saturating_sub(window.first_row) as usize / LANES;
+        for local in (0..window.columns).step_by(LANES) {
             let away_rad = if window.columns == surface.shape().columns() {
-                nearest_turn(column as f32 * step.column_rad - centre_rad)
+                let turned = |lane: usize| nearest_turn((local as usize + lane) as f32 * step.column_rad - centre_rad);
+                f32x8::load_array(simd, core::array::from_fn(turned))
             } else {
-                (local as i32 - half_columns) as f32 * step.column_rad - off_rad
+                counted(simd, (local as i32 - half_columns) as f32) * step.column_rad - off_rad
             };
-            let arc = away_rad * arc_per_rad;
-            let arc2 = arc * arc;
-            let outer_m = root((end - arc2).max(0.0)) * half_height_m;
-            let inner_m = root((Self::BEGIN - arc2).max(0.0)) * half_height_m;
-            let (from, to) = (chunk(centre_z - outer_m), (chunk(centre_z + outer_m) + 1).min(rows.len()));
-            let to = if arc2 < end { to } else { from };
-            let under = (chunk(centre_z - inner_m) + 1).clamp(from, to);
-            let above = chunk(centre_z + inner_m).clamp(under, to);
-            bands.push(Band { arc, from, under, above, to });
+            let arcs = away_rad * arc_per_rad;
+            let left = splat(simd, end) - arcs * arcs;
+            let zero = splat(simd, 0.0);
+            let outer_m = left.max(zero).sqrt() * half_height_m;
+            let inner_m = (splat(simd, Self::BEGIN) - arcs * arcs).max(zero).sqrt() * half_height_m;
+            let first = ((centre_z - outer_m) * rows_per_m).to_array();
+            let last = ((centre_z + outer_m) * rows_per_m).to_array();
+            let low = ((centre_z - inner_m) * rows_per_m).to_array();
+            let high = ((centre_z + inner_m) * rows_per_m).to_array();
+            let (arcs, left) = (arcs.to_array(), left.to_array());
+            for lane in 0..LANES.min((window.columns - local) as usize) {
+                let (from, to) = (chunk(first[lane]), (chunk(last[lane]) + 1).min(rows.len()));
+                let to = if left[lane] > 0.0 { to } else { from };
+                let under = (chunk(low[lane]) + 1).clamp(from, to);
+                let above = chunk(high[lane]).clamp(under, to);
+                bands.push(Band { arc: arcs[lane], from, under, above, to });
+            }
         }
         for (local, band) in bands.iter().enumerate() {
             let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
-            kernel.raise(&self.shape, rows, band, column);
+            kernel.raise(simd, &self.shape, rows, band, column);
         }
     }
 
     /// Where the rows of a window stand in the rim.
-    fn fill_rows(&self, surface: &Surface, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
+    #[inline(always)]
+    fn fill_rows<S: Simd>(&self, simd: S, surface: &Surface, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
         let half_m = self.dent.half_height_m;
         let (per_row, first) = (surface.row_height_m() / half_m, centre_z / half_m);
-        let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         rows.clear();
-        rows.extend((window.first_row..window.end_row()).step_by(LANES).map(|row| {
-            let up = (lanes + row as f32) * per_row - first;
-            RimRow { up2: up * up, ahead: up * (self.shape.up - up * self.shape.around) }
-        }));
+        for row in (window.first_row..window.end_row()).step_by(LANES) {
+            let up = counted(simd, row as f32) * per_row - first;
+            let ahead = up * (self.shape.up - up * self.shape.around);
+            rows.push(RimRow { up2: (up * up).into(), ahead: ahead.into() });
+        }
     }
 
     /// Every element within the rim's outer end or in the contact.
@@ -174,8 +185,8 @@ struct Band {
 /// Eight rows of a rim: the square of their height over the half axis, and what they add to the rim's weight.
 #[derive(Clone, Copy, Debug)]
 struct RimRow {
-    up2: f32x8,
-    ahead: f32x8,
+    up2: Eight,
+    ahead: Eight,
 }
 
 /// κ as `(Q − q²)/((a·q² + b)·q² + c)`, with the height of the crest in a, b and c.
@@ -193,33 +204,47 @@ impl Kernel {
     }
 
     /// Writes the band of a column that begins with it.
-    fn raise(&self, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
+    #[inline(always)]
+    fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
         let &Band { arc, from, under, above, to } = band;
         let arc2 = arc * arc;
         let beside = 1.0 + shape.along * arc + shape.around * arc2;
-        let plain = |row: &RimRow| self.raised(row.up2 + arc2) * (row.ahead + beside).fast_max(f32x8::ZERO);
-        let inner = |row: &RimRow| {
-            let within = ((row.up2 + (arc2 - Rim::BEGIN)) * (1.0 / (1.0 - Rim::BEGIN))).fast_max(f32x8::ZERO);
-            plain(row) * within.fast_min(f32x8::ONE)
-        };
         if arc2 >= 1.0 {
-            return fill(&rows[from..to], column, plain);
+            return fill(
+                &rows[from..to],
+                column,
+                #[inline(always)]
+                |row| self.raised(simd, row, arc2, beside),
+            );
         }
         for (begin, end) in [(from, under), (above, to)] {
             // the grid may end within the last chunk
             let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
-            fill(&rows[begin..end], column, inner);
+            fill(
+                &rows[begin..end],
+                column,
+                #[inline(always)]
+                |row| {
+                    let within = (row.up2.on(simd) + (arc2 - Rim::BEGIN)) * (1.0 / (1.0 - Rim::BEGIN));
+                    let within = within.max(splat(simd, 0.0)).min(splat(simd, 1.0));
+                    self.raised(simd, row, arc2, beside) * within
+                },
+            );
         }
     }
 
+    /// By how much eight rows rise beyond where the rim has begun, m.
     #[inline(always)]
-    fn raised(&self, q2: f32x8) -> f32x8 {
-        (f32x8::splat(self.end) - q2).fast_max(f32x8::ZERO) / ((q2 * self.square + self.linear) * q2 + self.constant)
+    fn raised<S: Simd>(&self, simd: S, row: &RimRow, arc2: f32, beside: f32) -> f32x8<S> {
+        let zero = splat(simd, 0.0);
+        let q2 = row.up2.on(simd) + arc2;
+        let kernel = (splat(simd, self.end) - q2).max(zero) / ((q2 * self.square + self.linear) * q2 + self.constant);
+        kernel * (row.ahead.on(simd) + beside).max(zero)
     }
 }
 
 #[inline(always)]
-fn fill(rows: &[RimRow], column: &mut [f32], raised: impl Fn(&RimRow) -> f32x8) {
+fn fill<S: Simd>(rows: &[RimRow], column: &mut [f32], raised: impl Fn(&RimRow) -> f32x8<S>) {
     let (column, last) = column.as_chunks_mut::<LANES>();
     for (lanes, row) in column.iter_mut().zip(rows) {
         *lanes = raised(row).to_array();

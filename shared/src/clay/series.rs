@@ -4,9 +4,8 @@
 //! Invariant: the same question always takes the same steps to the same answer, and never more than [`LOOKS_MAX`] looks at the
 //! contact.
 
-use wide::f32x8;
-
 use super::contact::{Chunk, Column, Contacts};
+use super::lanes::{Simd, SimdBase, SimdMask, f32x8, positive, splat};
 
 /// Looks at the contact, at most.
 pub(super) const LOOKS_MAX: u32 = 8;
@@ -48,10 +47,12 @@ impl Asked {
 
 impl GivenWay {
     /// What is left of a chunk's penetration, m.
-    pub(super) fn rest(&self, column: &Column, chunk: &Chunk, above: f32x8) -> f32x8 {
-        let arc = chunk.radius_m * column.angle_rad;
-        let given = f32x8::splat(self.depth_m) - (arc * arc + above * above) * self.bow_per_m;
-        (chunk.penetration_m - given.fast_max(f32x8::ZERO)).fast_max(f32x8::ZERO)
+    #[inline(always)]
+    pub(super) fn rest<S: Simd>(&self, column: &Column, chunk: &Chunk, above: f32x8<S>) -> f32x8<S> {
+        let simd = above.simd;
+        let arc = chunk.radius_m.on(simd) * column.angle_rad;
+        let given = splat(simd, self.depth_m) - (arc * arc + above * above) * self.bow_per_m;
+        (chunk.penetration_m.on(simd) - given.max(splat(simd, 0.0))).max(splat(simd, 0.0))
     }
 
     /// Where wall and contact agree: the root of `g(w) = w^¾ − (C·F(p − w)/E)^¾`, with the penetration p and the radial force F,
@@ -60,7 +61,12 @@ impl GivenWay {
     /// F falls with w, so that there is one root between 0 and p, and nearly as `(p − w)^(4/3)`, so that g is nearly straight:
     /// regula falsi, the end that stays brought nearer as by Anderson and Björck (1973). `asked` tells F and C of the contact that
     /// is left, and nothing when none is.
-    pub(super) fn settled(contacts: &mut Contacts, asked: impl Fn(&Contacts, &Self) -> Option<Asked>) -> Self {
+    #[inline(always)]
+    pub(super) fn settled<S: Simd>(
+        simd: S,
+        contacts: &mut Contacts,
+        asked: impl Fn(&Contacts, &Self) -> Option<Asked>,
+    ) -> Self {
         let Some(mut asks) = asked(contacts, &Self::default()).filter(|asks| asks.load_m2 > 0.0) else {
             return Self::default();
         };
@@ -87,7 +93,10 @@ impl GivenWay {
                 }
                 (low, stayed) = (end, Some(Stayed::High));
                 // the wall gives way more than this
-                contacts.keep(|column, chunk, above| way.rest(column, chunk, above).simd_gt(f32x8::ZERO).any());
+                contacts.keep(
+                    #[inline(always)]
+                    |column, chunk, above| positive(way.rest(column, chunk, above.on(simd))).any_true(),
+                );
             } else {
                 if stayed == Some(Stayed::Low) {
                     low.excess *= end.nearer(&high);
@@ -97,7 +106,11 @@ impl GivenWay {
             depth_m = low.root_m(&high);
         }
         let way = asks.given(depth_m);
-        contacts.replace(|column, chunk, above| way.rest(column, chunk, above));
+        contacts.replace(
+            simd,
+            #[inline(always)]
+            |column, chunk, above| way.rest(column, chunk, above),
+        );
         way
     }
 }

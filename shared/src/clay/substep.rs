@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
-use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Window};
+use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
 use crate::units::{Metres, Seconds, Tick};
 
@@ -124,6 +124,7 @@ impl Press {
 #[derive(Clone, Debug, Default)]
 pub struct SubStep {
     footprints: Vec<Footprint>,
+    vectors: Vectors,
     contacts: Vec<Contact>,
     /// Of each press of the last step, whether it met clay on any part of its way.
     met: Vec<bool>,
@@ -147,6 +148,7 @@ impl SubStep {
     pub fn with_rack(shape: GridShape, rack: Arc<[ConvexTool]>) -> Self {
         Self {
             footprints: alloc::vec![Footprint::for_grid(shape)],
+            vectors: Vectors::default(),
             contacts: Vec::with_capacity(1),
             met: Vec::with_capacity(1),
             parts: Vec::with_capacity(1),
@@ -154,6 +156,14 @@ impl SubStep {
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
         }
+    }
+
+    /// The same with other vectors than the widest there are, which changes how long it takes and nothing else.
+    #[must_use]
+    pub fn using(mut self, vectors: Vectors) -> Self {
+        self.vectors = vectors;
+        self.footprints = self.footprints.into_iter().map(|footprint| footprint.using(vectors)).collect();
+        self
     }
 
     /// The convex tools that presses may name, by their number.
@@ -231,7 +241,7 @@ impl SubStep {
         }
         for surface in pot.surfaces() {
             if self.footprints.is_empty() {
-                self.footprints.push(Footprint::for_grid(surface.shape()));
+                self.footprints.push(Footprint::for_grid(surface.shape()).using(self.vectors));
             }
             let footprint = &mut self.footprints[0];
             core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
@@ -257,7 +267,7 @@ impl SubStep {
         }
         for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
             while self.footprints.len() < presses.len() {
-                self.footprints.push(Footprint::for_grid(surface.shape()));
+                self.footprints.push(Footprint::for_grid(surface.shape()).using(self.vectors));
             }
             let footprints = &mut self.footprints[..presses.len()];
             for ((of, press), footprint) in presses.iter().zip(&mut *footprints) {

@@ -7,9 +7,8 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use glam::Vec2;
-use wide::f32x8;
 
-use super::contact::{LANES, load};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, load, only, splat, with_vectors};
 use super::{Digest, Footprint, GridShape, Support, WallBending, Window};
 use crate::tool::Lattice;
 
@@ -183,29 +182,31 @@ impl Surface {
     /// # Panics
     /// When the window lies outside of the grid.
     pub fn displace(&mut self, footprint: &Footprint) {
+        with_vectors!(footprint.scratch.vectors, simd => self.displace_with(simd, footprint));
+    }
+
+    #[inline(always)]
+    fn displace_with<S: Simd>(&mut self, simd: S, footprint: &Footprint) {
         let window = footprint.window();
         let rows = self.shape.rows();
-        let (low, high) = (f32x8::splat(self.radius_min_m), f32x8::splat(self.radius_max_m));
-        let mut widest = f32x8::ZERO;
+        let (low, high) = (splat(simd, self.radius_min_m), splat(simd, self.radius_max_m));
+        let mut widest = splat(simd, 0.0);
         for (local, column) in window.grid_columns(self.shape).enumerate() {
             let (span, deltas_m) = footprint.span(local);
             let start = column as usize * rows as usize + window.first_row as usize + span.start;
             let radii_m = &mut self.radii_m[start..][..deltas_m.len()];
-            let mut move_eight = |radii: [f32; LANES], deltas: [f32; LANES]| {
-                let (radius, delta) = (f32x8::new(radii), f32x8::new(deltas));
-                // what is not a number is equal to nothing, and moves nothing
-                let kept = (radius + (delta & delta.simd_eq(delta))).fast_max(low).fast_min(high);
-                widest = widest.fast_max(kept);
-                kept.to_array()
-            };
             let (radii, last_radii) = radii_m.as_chunks_mut::<LANES>();
             let (deltas, last_deltas) = deltas_m.as_chunks::<LANES>();
             for (radii, deltas) in radii.iter_mut().zip(deltas) {
-                *radii = move_eight(*radii, *deltas);
+                let delta = f32x8::load_array_ref(simd, deltas);
+                let kept = moved(f32x8::load_array_ref(simd, radii), delta).max(low).min(high);
+                widest = widest.max(kept);
+                *radii = kept.to_array();
             }
             if !last_radii.is_empty() {
-                let kept = move_eight(load(last_radii).to_array(), load(last_deltas).to_array());
-                last_radii.copy_from_slice(&kept[..last_radii.len()]);
+                let kept = moved(load(simd, last_radii), load(simd, last_deltas)).max(low).min(high);
+                widest = widest.max(kept);
+                last_radii.copy_from_slice(&kept.to_array()[..last_radii.len()]);
             }
         }
         self.widest_m = widest.to_array().into_iter().fold(self.widest_m, f32::max);
@@ -354,6 +355,12 @@ impl Surface {
             digest.add(radius.to_bits());
         }
     }
+}
+
+/// Radii that are moved: what is not a number is equal to nothing, and moves nothing.
+#[inline(always)]
+fn moved<S: Simd>(radius: f32x8<S>, delta: f32x8<S>) -> f32x8<S> {
+    radius + only(delta.simd_eq(delta), delta)
 }
 
 /// How much clay stands in each column, against which height makes up for what was pressed away.

@@ -7,11 +7,10 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use wide::f32x8;
-
 use super::GridShape;
-use super::contact::{Chunk, Column, Contacts, LANES, Stretch, load};
+use super::contact::{Chunk, Column, Contacts, Stretch};
 use super::faceted::Cutter;
+use super::lanes::{Eight, LANES, Simd, SimdBase, Vectors, f32x8, load};
 use super::rim::RimScratch;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
@@ -121,6 +120,7 @@ pub struct Footprint {
 /// What a method needs between its passes, kept so that no step allocates.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    pub(super) vectors: Vectors,
     pub(super) contacts: Contacts,
     pub(super) boundary: Vec<Boundary>,
     /// What yields, chunk by chunk of the contacts.
@@ -135,11 +135,15 @@ pub(super) struct Scratch {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Push {
     /// By how much this step moves the element, m; zero where the tool does not touch.
-    pub(super) delta_m: f32x8,
+    pub(super) delta_m: Eight,
     /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
-    pub(super) rising: f32x8,
+    pub(super) rising: Eight,
     /// Area over the angle and height of an element, times the share of the pressure that it carries, m.
-    pub(super) carried: f32x8,
+    pub(super) carried: Eight,
+}
+
+impl Push {
+    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO, carried: Eight::ZERO };
 }
 
 /// A touched element beside an untouched one.
@@ -159,6 +163,7 @@ impl Footprint {
     pub fn for_grid(shape: GridShape) -> Self {
         let elements = shape.elements();
         let scratch = Scratch {
+            vectors: Vectors::default(),
             boundary: Vec::with_capacity(elements / 8),
             contacts: Contacts::with_room(shape),
             pushes: Vec::with_capacity(elements / LANES + 1),
@@ -174,6 +179,12 @@ impl Footprint {
         }
     }
 
+    /// The same with other vectors.
+    pub(super) fn using(mut self, vectors: Vectors) -> Self {
+        self.scratch.vectors = vectors;
+        self
+    }
+
     /// Empties the footprint and lays it over `window`, all displacements zero.
     pub fn reset(&mut self, window: Window) {
         self.window = window;
@@ -187,6 +198,7 @@ impl Footprint {
     }
 
     /// Takes all rows of a column outside of `rows` for undisplaced, and gives those within.
+    #[inline]
     pub(super) fn narrow(&mut self, local: usize, rows: Range<usize>) -> &mut [f32] {
         let (start, end) = (rows.start.min(self.window.rows as usize), rows.end.min(self.window.rows as usize));
         self.spans[local] = start as u32..end as u32;
@@ -199,6 +211,7 @@ impl Footprint {
     }
 
     /// The rows of the window's column `local` that may be displaced, and their displacements, m.
+    #[inline]
     pub(super) fn span(&self, local: usize) -> (Range<usize>, &[f32]) {
         let Range { start, end } = self.spans[local];
         let rows = start as usize..end as usize;
@@ -222,20 +235,41 @@ impl Footprint {
     }
 
     /// Presses a column of the contact into a rim, of which its elements keep a share; the window must cover them.
-    pub(super) fn press_in(&mut self, shape: GridShape, column: &Column, pushes: &[Push]) {
-        let pressed = |push: &Push, rim: f32x8| rim * push.rising + push.delta_m;
-        self.each_eight(shape, column, pushes, pressed);
+    #[inline(always)]
+    pub(super) fn press_in<S: Simd>(&mut self, simd: S, shape: GridShape, column: &Column, pushes: &[Push]) {
+        self.each_eight(
+            simd,
+            shape,
+            column,
+            pushes,
+            #[inline(always)]
+            |push, rim| rim * push.rising.on(simd) + push.delta_m.on(simd),
+        );
     }
 
     /// Writes `share` of the penetration wherever the tool touches; the window must cover it.
-    pub(super) fn write(&mut self, shape: GridShape, stretch: &Stretch<'_>, share: f32) {
-        let pressed = |chunk: &Chunk, _| chunk.penetration_m * share;
-        self.each_eight(shape, stretch.column, stretch.chunks, pressed);
+    #[inline(always)]
+    pub(super) fn write<S: Simd>(&mut self, simd: S, shape: GridShape, stretch: &Stretch<'_>, share: f32) {
+        self.each_eight(
+            simd,
+            shape,
+            stretch.column,
+            stretch.chunks,
+            #[inline(always)]
+            |chunk: &Chunk, _| chunk.penetration_m.on(simd) * share,
+        );
     }
 
     /// Makes anew what stands in a column, eight by eight.
     #[inline(always)]
-    fn each_eight<T>(&mut self, shape: GridShape, column: &Column, by: &[T], mut made: impl FnMut(&T, f32x8) -> f32x8) {
+    fn each_eight<S: Simd, T>(
+        &mut self,
+        simd: S,
+        shape: GridShape,
+        column: &Column,
+        by: &[T],
+        made: impl Fn(&T, f32x8<S>) -> f32x8<S>,
+    ) {
         let Some(local) = self.window.local_column(shape, column.column) else { return };
         let start = (column.first_row - self.window.first_row) as usize;
         let end = (start + by.len() * LANES).min(self.window.rows as usize);
@@ -247,10 +281,10 @@ impl Footprint {
         };
         let (deltas, last) = self.column_mut(local)[start..].as_chunks_mut::<LANES>();
         for (lanes, of) in deltas.iter_mut().zip(by) {
-            *lanes = made(of, f32x8::new(*lanes)).to_array();
+            *lanes = made(of, f32x8::load_array_ref(simd, lanes)).to_array();
         }
         if let Some(of) = by.get(deltas.len()) {
-            let lanes = made(of, load(last)).to_array();
+            let lanes = made(of, load(simd, last)).to_array();
             last.copy_from_slice(&lanes[..last.len()]);
         }
     }
