@@ -83,6 +83,12 @@ impl Onlooker {
         seen
     }
 
+    /// Whether the connection has ended, or the studio closes.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.task.is_finished() || self.shared.lock().is_closing()
+    }
+
     /// Says goodbye.
     ///
     /// # Errors

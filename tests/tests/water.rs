@@ -175,7 +175,7 @@ fn a_ring_tells_how_far_a_tool_is_and_a_seam_that_it_touches() {
     let marked = |with: &[u8], without: &[u8]| {
         let is_marked =
             |(with, without): &(&[u8], &[u8])| i32::from(with[1]) > i32::from(without[1]) + 15 && with[1] > with[0];
-        with.chunks(4).zip(without.chunks(4)).filter(is_marked).map(|(with, _)| with).count()
+        with.chunks(4).zip(without.chunks(4)).filter(is_marked).count()
     };
     let rings = [0.010, 0.025, 0.045].map(|gap_m| marked(&drawn(gap_m, false, true), &drawn(gap_m, false, false)));
     assert!(rings[0] > 10 && rings[1] > rings[0] && rings[2] > 0, "{rings:?}");

@@ -84,7 +84,8 @@ pub(super) struct SkinUniform {
     row_height_m: f32,
     reach_columns: u32,
     reach_rows: u32,
-    padding: [u32; 2],
+    first_column: u32,
+    padding: u32,
 }
 
 impl SkinUniform {
@@ -101,7 +102,8 @@ impl SkinUniform {
             row_height_m,
             reach_columns: reach(shape.column_angle_rad() * USUAL_RADIUS_M).min(shape.columns() / 4),
             reach_rows: reach(row_height_m).min(shape.rows() - 1),
-            padding: [0; 2],
+            first_column: 0,
+            padding: 0,
         }
     }
 

@@ -177,7 +177,7 @@ impl GridTextures {
 }
 
 /// The column ranges of a window (first, number), cut where it crosses the seam; none when it is empty.
-fn parts(shape: GridShape, window: Window) -> impl Iterator<Item = (u32, u32)> {
+pub(super) fn parts(shape: GridShape, window: Window) -> impl Iterator<Item = (u32, u32)> {
     let before_seam = window.columns.min(shape.columns() - window.first_column);
     let both = [(window.first_column, before_seam), (0, window.columns - before_seam)];
     both.into_iter().filter(move |&(_, columns)| columns > 0 && window.rows > 0)

@@ -17,6 +17,7 @@ pub(super) struct Layouts {
     frame: wgpu::BindGroupLayout,
     skin: wgpu::BindGroupLayout,
     relief: wgpu::BindGroupLayout,
+    gallery: wgpu::BindGroupLayout,
 }
 
 impl Layouts {
@@ -35,6 +36,7 @@ impl Layouts {
                     filter(2, wgpu::ShaderStages::FRAGMENT),
                 ],
             ),
+            gallery: layout("gallery", &[uniform(0, both)]),
             skin: layout("skin", &[uniform(0, both), texture(1, both, filterable(false))]),
             relief: layout(
                 "relief",
@@ -58,6 +60,14 @@ impl Layouts {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(water) },
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(filter) },
             ],
+        })
+    }
+
+    pub(super) fn bind_gallery(&self, device: &wgpu::Device, uniform: &wgpu::Buffer) -> wgpu::BindGroup {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("gallery"),
+            layout: &self.gallery,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         })
     }
 
@@ -268,5 +278,39 @@ impl Pipelines {
             buffers: &[],
         }
         .pipeline(device)
+    }
+}
+
+/// What a picture of many wheels takes.
+#[derive(Debug)]
+pub(super) struct GalleryPipelines {
+    /// Walls, rims, floors and wheel heads of all of them.
+    pub(super) wheels: wgpu::RenderPipeline,
+    pub(super) backdrop: wgpu::RenderPipeline,
+}
+
+impl GalleryPipelines {
+    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, format: wgpu::TextureFormat, samples: u32) -> Self {
+        let groups = [Some(&layouts.frame), Some(&layouts.skin), Some(&layouts.gallery)];
+        let draw = |shader, vertex, fragment, groups: &[_], cull| {
+            Drawing {
+                shader,
+                vertex,
+                fragment,
+                groups,
+                topology: wgpu::PrimitiveTopology::TriangleList,
+                cull,
+                targets: &[format],
+                depth: true,
+                samples,
+                buffers: &[],
+            }
+            .pipeline(device)
+        };
+        let back = Some(wgpu::Face::Back);
+        Self {
+            wheels: draw(shader::GALLERY, "wheel_vertex", "wheel_fragment", &groups, back),
+            backdrop: draw(shader::SCENERY, "backdrop_vertex", "backdrop_fragment", &groups[..1], None),
+        }
     }
 }

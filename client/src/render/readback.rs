@@ -1,4 +1,4 @@
-//! Textures brought back from the device.
+//! Pictures and textures brought back from the device.
 //!
 //! Owns the row padding that copies ask for; knows no pot.
 
@@ -30,6 +30,38 @@ pub enum RenderError {
     /// The pictures could not be packed.
     #[error("the pictures cannot be packed as GIF: {0}")]
     Gif(#[from] gif::EncodingError),
+}
+
+/// Draws into a picture aside and brings its pixels back, row by row from the top.
+///
+/// # Errors
+/// [`RenderError::Size`] when a side is zero or longer than the device allows; otherwise when the device was lost.
+pub(super) fn pixels(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    format: wgpu::TextureFormat,
+    (width, height): (u32, u32),
+    draw: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView),
+) -> Result<Vec<u8>, RenderError> {
+    let max = device.limits().max_texture_dimension_2d;
+    if width == 0 || height == 0 || width > max || height > max {
+        return Err(RenderError::Size { width, height, max });
+    }
+    let target = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+    draw(&mut encoder, &view);
+    queue.submit([encoder.finish()]);
+    let texel_bytes = format.block_copy_size(None).expect("formats that are drawn into have one size");
+    texels(device, queue, &target, texel_bytes)
 }
 
 /// The texels of a texture, row after row without padding.

@@ -11,9 +11,10 @@ use super::enlarge::Enlarger;
 use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
 use super::mesh::{Meshes, Stride, mesh_columns};
-use super::pipelines::{DEPTH_FORMAT, Layouts, Pipelines};
-use super::readback::{RenderError, texels};
+use super::pipelines::{Layouts, Pipelines};
+use super::readback::{self, RenderError, texels};
 use super::solid::Solids;
+use super::targets::Targets;
 use super::water_map::WaterMap;
 use super::{Gpu, Scene, ToolView};
 
@@ -35,15 +36,6 @@ struct SkinDrawing {
     first_row: u32,
     uniform: wgpu::Buffer,
     group: wgpu::BindGroup,
-}
-
-/// What is drawn into, for one size.
-#[derive(Debug)]
-struct Targets {
-    size: (u32, u32),
-    depth: wgpu::TextureView,
-    /// The samples of each pixel, when there are several.
-    samples: Option<wgpu::TextureView>,
 }
 
 /// Which strips of a ring of strips are drawn: so many from one on, round the seam as well.
@@ -97,7 +89,7 @@ pub struct PotRenderer {
     outline: Outline,
     share: f32,
     enlarger: Enlarger,
-    targets: Option<Targets>,
+    targets: Targets,
 }
 
 impl PotRenderer {
@@ -146,7 +138,7 @@ impl PotRenderer {
             outline: Outline::of(pot),
             share: 1.0,
             enlarger: Enlarger::new(&device, color_format),
-            targets: None,
+            targets: Targets::default(),
             device,
         };
         renderer.upload_all(pot);
@@ -259,33 +251,8 @@ impl PotRenderer {
         for grid in &mut self.grids {
             grid.refresh(encoder, &self.pipelines);
         }
-        if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
-            self.targets = Some(self.new_targets(size));
-        }
-        let targets = self.targets.as_ref().expect("made just above");
-        let (view, resolve_target) = match &targets.samples {
-            Some(samples) => (samples, Some(target)),
-            None => (target, None),
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("studio"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target,
-                ops: wgpu::Operations {
-                    // the backdrop covers what nothing else does
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: if resolve_target.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store },
-                },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
+        let kind = (self.format, self.sample_count, size);
+        let mut pass = self.targets.begin(&self.device, encoder, target, kind);
         pass.set_bind_group(0, &self.frame_group, &[]);
         self.draw_clay(&mut pass, &meshes, scene);
         self.draw_tools(&mut pass, &tools);
@@ -302,27 +269,10 @@ impl PotRenderer {
     /// # Errors
     /// [`RenderError::Size`] when a side is zero or longer than the device allows; otherwise when the device was lost.
     pub fn pixels(&mut self, scene: &Scene<'_>, width: u32, height: u32) -> Result<Vec<u8>, RenderError> {
-        let max = self.device.limits().max_texture_dimension_2d;
-        if width == 0 || height == 0 || width > max || height > max {
-            return Err(RenderError::Size { width, height, max });
-        }
-        let target = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("picture"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: self.format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut encoder =
-            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
-        self.draw(&mut encoder, &view, (width, height), scene);
-        self.queue.submit([encoder.finish()]);
-        let texel_bytes = self.format.block_copy_size(None).expect("formats that are drawn into have one size");
-        texels(&self.device, &self.queue, &target, texel_bytes)
+        let (device, queue, format) = (self.device.clone(), self.queue.clone(), self.format);
+        readback::pixels((&device, &queue), format, (width, height), |encoder, view| {
+            self.draw(encoder, view, (width, height), scene);
+        })
     }
 
     /// Chooses every skin's stride for the view, tells the shaders, and returns the stride and the mesh's number.
@@ -410,27 +360,10 @@ impl PotRenderer {
             }
         }
     }
-
-    fn new_targets(&self, size: (u32, u32)) -> Targets {
-        let view = |label, format, sample_count| {
-            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        let samples = (self.sample_count > 1).then(|| view("samples", self.format, self.sample_count));
-        Targets { size, depth: view("depth", DEPTH_FORMAT, self.sample_count), samples }
-    }
 }
 
-fn uniform_buffer<T>(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
+/// A uniform buffer for one `T`.
+pub(super) fn uniform_buffer<T>(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: size_of::<T>() as u64,

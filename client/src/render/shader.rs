@@ -37,5 +37,8 @@ pub(super) const TOOL: ShaderText = module!("tool": "frame.wgsl", "light.wgsl", 
 pub(super) const SCENERY: ShaderText = module!("scenery": "frame.wgsl", "light.wgsl", "body.wgsl", "scenery.wgsl");
 pub(super) const ENLARGE: ShaderText = module!("enlarge": "enlarge.wgsl");
 
+pub(super) const GALLERY: ShaderText =
+    module!("gallery": "transform.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "gallery.wgsl");
+
 /// Every module that the renderer compiles.
-pub const MODULES: [ShaderText; 7] = [RELIEF, PROBE, CLAY, RIM, TOOL, SCENERY, ENLARGE];
+pub const MODULES: [ShaderText; 8] = [RELIEF, PROBE, CLAY, RIM, TOOL, SCENERY, ENLARGE, GALLERY];

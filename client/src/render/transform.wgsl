@@ -19,7 +19,9 @@ struct Skin {
     // elements within which a hollow is looked for
     reach_columns: u32,
     reach_rows: u32,
-    padding: vec2<u32>,
+    // where the pot's first column lies among the radii: there may be many pots in one texture
+    first_column: u32,
+    padding: u32,
 }
 
 struct Element {
@@ -28,7 +30,7 @@ struct Element {
 }
 
 @group(1) @binding(0) var<uniform> skin: Skin;
-// width: rows, height: columns, as the radii lie in memory
+// width: rows, height: columns, as the radii lie in memory, pot after pot
 @group(1) @binding(1) var radii: texture_2d<f32>;
 
 const QUARTER_TURN: f32 = 1.5707963267948966;
@@ -61,8 +63,8 @@ fn radius_at(grid: texture_2d<f32>, column: u32, row: u32) -> f32 {
 // dr/dθ (m/rad) and dr/dz of an element: central differences; foot and rim look one way only, to second order.
 fn slopes_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32) -> vec2<f32> {
     let here = column % on.columns;
-    let before = radius_at(grid, (here + on.columns - 1u) % on.columns, row);
-    let after = radius_at(grid, (here + 1u) % on.columns, row);
+    let before = radius_at(grid, on.first_column + (here + on.columns - 1u) % on.columns, row);
+    let after = radius_at(grid, on.first_column + (here + 1u) % on.columns, row);
     let around = (after - before) * f32(on.columns) / (2.0 * TURN);
     var first = row - 1u;
     var weights = vec3<f32>(-1.0, 0.0, 1.0);
@@ -74,9 +76,9 @@ fn slopes_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32) -> vec2<f32
         weights = vec3<f32>(1.0, -4.0, 3.0);
     }
     let three = vec3<f32>(
-        radius_at(grid, here, first),
-        radius_at(grid, here, first + 1u),
-        radius_at(grid, here, first + 2u),
+        radius_at(grid, on.first_column + here, first),
+        radius_at(grid, on.first_column + here, first + 1u),
+        radius_at(grid, on.first_column + here, first + 2u),
     );
     return vec2<f32>(around, dot(weights, three) / (2.0 * on.row_height_m));
 }
@@ -89,7 +91,7 @@ fn normal_from_slopes(circle: vec2<f32>, radius_m: f32, slopes: vec2<f32>) -> ve
 
 fn element_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32) -> Element {
     let circle = column_circle(on.columns, column);
-    let radius_m = radius_at(grid, column % on.columns, row) - on.inset_m;
+    let radius_m = radius_at(grid, on.first_column + column % on.columns, row) - on.inset_m;
     let slopes = slopes_at(on, grid, column, row);
     var element: Element;
     element.position_m = vec3<f32>(radius_m * circle, f32(row) * on.row_height_m);

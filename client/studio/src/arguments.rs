@@ -41,6 +41,8 @@ pub(crate) struct Arguments {
 const EXAMPLES: &str = "Examples:
   pottery-studio                                         host and work in a window
   pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
+  pottery-studio join 192.168.1.20 --code K7QM-3XPD --watch gallery
+                                                         look on at all wheels; a click shows one closely
   pottery-studio --open bowl.pot                         go on with a pot that was saved
   pottery-studio export bowl.pot bowl.3mf bowl.svg       give it to other programs
   pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
@@ -219,6 +221,9 @@ struct JoinFlags {
     /// Which wheel to work at, from 1 on [default: 1, or the link's]
     #[arg(long)]
     wheel: Option<u16>,
+    /// Look on instead of working: at all wheels as small pictures, or closely at one
+    #[arg(long, value_enum, value_name = "DETAIL", conflicts_with = "record")]
+    watch: Option<WatchName>,
     /// Record the own stroke to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -363,6 +368,7 @@ pub(crate) enum Mode {
     Headless(HeadlessSession),
     Replay(ReplaySession),
     Window(WindowSession),
+    Watch(WatchSession),
     /// Look for devices and say what was found.
     Devices,
     /// Say what a hand's thread gets.
@@ -392,6 +398,14 @@ pub(crate) struct HeadlessSession {
     pub(crate) brought: Option<Arc<ConvexTool>>,
     /// Who looks on, and how closely.
     pub(crate) watch: Vec<Detail>,
+}
+
+/// Somebody who looks on in a window.
+#[derive(Clone, Debug)]
+pub(crate) struct WatchSession {
+    /// Which studio, and which wheel for a close look.
+    pub(crate) target: Target,
+    pub(crate) detail: Detail,
 }
 
 /// A session in a window.
@@ -468,6 +482,9 @@ impl Arguments {
     pub(crate) fn mode(&self) -> anyhow::Result<Mode> {
         let flags = match &self.command {
             Some(Command::Join(join)) => {
+                if let Some(watch) = join.watch {
+                    return Ok(Mode::Watch(WatchSession { target: join.target()?, detail: watch.detail() }));
+                }
                 check_writable(join.record.as_ref())?;
                 return window(Place::Joined(join.target()?), None, &join.hold, &join.tool, join.record.as_ref());
             }
@@ -484,6 +501,10 @@ impl Arguments {
         if flags.headless {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
+        ensure!(
+            flags.watch.is_empty(),
+            "who hosts works at the wheel; look on with pottery-studio join ADDRESS --code CODE --watch gallery, or with --headless here"
+        );
         let server = flags.server_config(ServerConfig::default().listen)?;
         window(Place::Hosted(Box::new(server)), flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())
     }

@@ -58,6 +58,12 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         Mode::Haptics(claim) => haptics::tell(claim),
         Mode::Bench(bench) => haptics::run(&bench),
+        Mode::Watch(session) => match window::watch(&session)? {
+            window::Ended::ByPerson => Ok(()),
+            window::Ended::NoDisplay(reason) => {
+                anyhow::bail!("looking on needs a display, and no window can be opened here ({reason})")
+            }
+        },
         Mode::Window(session) => match window::run(&session)? {
             window::Ended::ByPerson => Ok(()),
             window::Ended::NoDisplay(reason) => {

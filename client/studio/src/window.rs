@@ -10,24 +10,27 @@ mod hand;
 mod holding;
 mod labels;
 mod lesson;
+mod looker;
 mod overlay;
 mod panel;
 mod player;
 mod stage;
+mod tiles;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use pottery_client::device::{OpenedDevice, pointer};
 use pottery_client::render::Gpu;
 use pottery_client::sound::Sound;
-use pottery_client::{Claim, Potter, PotterOptions, Priority};
+use pottery_client::{Claim, Onlooker, Potter, PotterOptions, Priority};
+use pottery_shared::snapshot::Detail;
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
-use crate::arguments::{Place, WindowSession};
+use crate::arguments::{Place, WatchSession, WindowSession};
 use crate::hosting::{self, Studio};
 use crate::preferences::{Keeper, Preferences};
 use crate::record;
@@ -35,9 +38,13 @@ use crate::replaying::Session;
 use app::{App, Begin, Held};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
+use looker::Looker;
 use overlay::Call;
 use panel::Invitation;
 use player::Player;
+
+/// What somebody who looks on in a window may be sent for long: a class of sixty wheels, or one that many work at.
+const WATCH_BYTES_PER_S: u32 = 256_000;
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 pub(crate) fn frame(gpu: &Gpu) -> Duration {
@@ -136,6 +143,33 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         Some(failure) => Err(failure),
         None => Ok(Ended::ByPerson),
     }
+}
+
+/// Opens a window on a studio to look on, and stays until it is closed.
+pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
+    let event_loop = match EventLoop::<Call>::with_user_event().build() {
+        Ok(event_loop) => event_loop,
+        Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
+    };
+    let runtime = hosting::runtime("network")?;
+    let onlooker = runtime.block_on(async {
+        let endpoint = pottery_client::endpoint()?;
+        Onlooker::join(&endpoint, &session.target, WATCH_BYTES_PER_S).await
+    })?;
+    let alone = match session.detail {
+        Detail::Spectator => Some(session.target.wheel),
+        Detail::Gallery => None,
+    };
+    let wheels = onlooker.look(|watcher, _| watcher.wheels());
+    if let Some(wheel) = alone.filter(|wheel| !(1..=wheels).contains(wheel)) {
+        bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
+    }
+    let keeper = Keeper::open(Preferences::file());
+    let mut looker = Looker::new(onlooker, alone, keeper.words(), event_loop.create_proxy());
+    event_loop.run_app(&mut looker).context("the window failed")?;
+    let (onlooker, failure) = looker.finish();
+    runtime.block_on(onlooker.leave())?;
+    failure.map_or(Ok(Ended::ByPerson), Err)
 }
 
 /// Opens a window on a session that is replayed and stays until it is closed.

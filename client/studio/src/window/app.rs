@@ -32,7 +32,7 @@ use super::labels;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
 use super::panel::{self, History, Invitation, PanelState, Person, WETNESS};
-use super::stage::Stage;
+use super::stage::{Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
@@ -437,7 +437,7 @@ impl App {
             finish: self.panel.liking.finish,
             is_cut: self.is_cut,
         };
-        stage.draw(&scene, shapes)?;
+        stage.draw(&Picture::Pot(&scene), shapes)?;
         self.is_dirty = false;
         self.potter.status().switch_force_off(self.panel.is_force_off);
         self.held.sound.mute(!self.panel.is_heard);

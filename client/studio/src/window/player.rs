@@ -20,7 +20,7 @@ use winit::window::WindowId;
 use super::app::colour;
 use super::frame;
 use super::overlay::{self, Call, Overlay};
-use super::stage::Stage;
+use super::stage::{Picture, Stage};
 use crate::replaying::{Session, seconds};
 use crate::words::Words;
 
@@ -166,7 +166,7 @@ impl Player {
         });
         let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());
         let scene = Scene { camera: self.camera, phase, tools: &tools, rack, ..Scene::default() };
-        stage.draw(&scene, shapes)?;
+        stage.draw(&Picture::Pot(&scene), shapes)?;
         self.is_dirty = false;
         if is_playing != self.is_playing {
             self.play(is_playing);

@@ -7,12 +7,40 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Context;
-use pottery_client::render::{Gpu, PotRenderer, Scene, Sharpness};
+use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
+
+/// What draws the clay.
+pub(super) enum Painter {
+    Pot(Box<PotRenderer>),
+    Gallery(Box<GalleryRenderer>),
+}
+
+/// What is drawn of it; one of the other kind than the painter draws nothing.
+pub(super) enum Picture<'a> {
+    Pot(&'a Scene<'a>),
+    Gallery(&'a GalleryScene<'a>),
+}
+
+impl Painter {
+    fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        size: (u32, u32),
+        picture: &Picture<'_>,
+    ) {
+        match (self, picture) {
+            (Self::Pot(pot), Picture::Pot(scene)) => pot.draw(encoder, target, size, scene),
+            (Self::Gallery(gallery), Picture::Gallery(scene)) => gallery.draw(encoder, target, size, scene),
+            _ => {}
+        }
+    }
+}
 
 /// Surface, device and painters of one window.
 pub(super) struct Stage {
@@ -21,7 +49,7 @@ pub(super) struct Stage {
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,
     gpu: Gpu,
-    pot: PotRenderer,
+    painter: Painter,
     sharpness: Sharpness,
     panel: egui_wgpu::Renderer,
 }
@@ -51,17 +79,9 @@ impl Stage {
         configuration.desired_maximum_frame_latency = 1;
         surface.configure(gpu.device(), &configuration);
         let renderer = PotRenderer::new(&gpu, configuration.format, super::samples(&gpu), pot);
+        let painter = Painter::Pot(Box::new(renderer));
         let panel = egui_wgpu::Renderer::new(gpu.device(), configuration.format, egui_wgpu::RendererOptions::default());
-        Ok(Self {
-            window,
-            instance,
-            surface,
-            configuration,
-            gpu,
-            pot: renderer,
-            sharpness: Sharpness::default(),
-            panel,
-        })
+        Ok(Self { window, instance, surface, configuration, gpu, painter, sharpness: Sharpness::default(), panel })
     }
 
     pub(super) fn gpu(&self) -> &Gpu {
@@ -83,12 +103,35 @@ impl Stage {
 
     /// Sends the clay that changed to the device.
     pub(super) fn upload(&mut self, pot: &Pot, changed: &Touched) {
-        self.pot.upload_changed(pot, changed);
+        if let Painter::Pot(painter) = &mut self.painter {
+            painter.upload_changed(pot, changed);
+        }
+    }
+
+    /// Draws that pot from now on.
+    pub(super) fn show_pot(&mut self, pot: &Pot) {
+        let renderer = PotRenderer::new(&self.gpu, self.configuration.format, super::samples(&self.gpu), pot);
+        self.painter = Painter::Pot(Box::new(renderer));
+        self.sharpness = Sharpness::default();
+    }
+
+    /// Draws so many wheels with pots such as that from now on.
+    pub(super) fn show_gallery(&mut self, pot: &Pot, wheels: usize) {
+        let (format, samples) = (self.configuration.format, super::samples(&self.gpu));
+        self.painter = Painter::Gallery(Box::new(GalleryRenderer::new(&self.gpu, format, samples, pot, wheels)));
+    }
+
+    /// What draws many wheels, while it does.
+    pub(super) fn gallery(&mut self) -> Option<&mut GalleryRenderer> {
+        match &mut self.painter {
+            Painter::Gallery(gallery) => Some(gallery),
+            Painter::Pot(_) => None,
+        }
     }
 
     /// Draws one picture; what cannot be drawn now is drawn next time.
     #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
-    pub(super) fn draw(&mut self, scene: &Scene<'_>, mut shapes: PanelShapes) -> anyhow::Result<()> {
+    pub(super) fn draw(&mut self, picture: &Picture<'_>, mut shapes: PanelShapes) -> anyhow::Result<()> {
         for (id, deltas) in &shapes.textures.set {
             for delta in deltas {
                 self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
@@ -101,7 +144,7 @@ impl Stage {
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
             let size = (texture.texture.width(), texture.texture.height());
             let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            self.pot.draw(&mut encoder, &view, size, scene);
+            self.painter.draw(&mut encoder, &view, size, picture);
             let descriptor = egui_wgpu::ScreenDescriptor {
                 size_in_pixels: [size.0, size.1],
                 pixels_per_point: shapes.pixels_per_point,
@@ -128,7 +171,9 @@ impl Stage {
                 // it is this processor that would go on drawing in the background
                 device.poll(wgpu::PollType::wait_indefinitely())?;
                 self.sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
-                self.pot.set_share(self.sharpness.share());
+                if let Painter::Pot(painter) = &mut self.painter {
+                    painter.set_share(self.sharpness.share());
+                }
             }
             self.window.pre_present_notify();
             queue.present(texture);

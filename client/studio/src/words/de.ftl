@@ -162,3 +162,9 @@ replay-equal = { $snapshots } Stände kamen heraus, wie sie aufgezeichnet sind
 replay-unlike = der Ton bei { $seconds } s kam anders heraus, als er aufgezeichnet ist
 replay-pause = Anhalten
 replay-play = Abspielen
+
+## Wer zuschaut
+
+wheel-number = Scheibe { $number }
+all-wheels = Alle Scheiben (Esc)
+waiting-for-wheels = warte auf die Scheiben …

@@ -162,3 +162,9 @@ replay-equal = { $snapshots } snapshots came out as they were recorded
 replay-unlike = the clay of { $seconds } s came out otherwise than it was recorded
 replay-pause = Pause
 replay-play = Play
+
+## Who looks on
+
+wheel-number = wheel { $number }
+all-wheels = All wheels (Esc)
+waiting-for-wheels = waiting for the wheels …

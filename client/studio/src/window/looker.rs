@@ -1,0 +1,435 @@
+//! The window of somebody who looks on: all wheels at a glance, or one of them closely, and nothing that presses.
+//!
+//! Owns the view and which wheel is looked at; the clay is the onlooker's.
+//! Invariant: nothing is drawn while nothing changes, and the wheel that is clicked on is the one that is shown.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::{Align2, RichText};
+use glam::Vec2;
+use pottery_client::Onlooker;
+use pottery_client::render::{Camera, GalleryScene, Scene, ToolView, WheelView};
+use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface};
+use pottery_shared::session::{RemoteTool, Watched};
+use pottery_shared::snapshot::{Detail, Touched};
+use pottery_shared::tool::{ConvexTool, rack};
+use pottery_shared::units::Tick;
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
+use winit::keyboard::{Key, NamedKey};
+use winit::window::WindowId;
+
+use super::app::colour;
+use super::frame;
+use super::overlay::{self, Call, Overlay};
+use super::stage::{Picture, Stage};
+use super::tiles::Tiles;
+use crate::words::Words;
+
+/// Time between looks at whether there is something to draw.
+const FRAME_IDLE: Duration = Duration::from_millis(500);
+/// Wheels on one page: one less than a server shows to one person, since two sights of a wheel may be on their way.
+const PAGE: u16 = 60;
+
+/// One wheel of the page as it was last looked at.
+struct Place {
+    wheel: u16,
+    /// Tiles that were not yet sent, and the grid that they are of.
+    changed: Touched,
+    shape: Option<GridShape>,
+    /// Whether its pot was sent to the device.
+    is_sent: bool,
+    phase: Phase,
+    tools: Vec<RemoteTool>,
+}
+
+/// The window's state.
+pub(super) struct Looker {
+    onlooker: Onlooker,
+    words: Words,
+    proxy: EventLoopProxy<Call>,
+    stage: Option<Stage>,
+    overlay: Option<Overlay>,
+    camera: Camera,
+    rack: Arc<[ConvexTool]>,
+    /// Number of wheels, and the first of the page.
+    wheels: u16,
+    first: u16,
+    places: Vec<Place>,
+    /// The wheel that is looked at closely, whether it is the only one that ever is, and whether its pot is the painter's.
+    close: Option<u16>,
+    is_alone: bool,
+    is_close_shown: bool,
+    /// The person wants to see this wheel closely, or all of them again.
+    wish: Option<Option<u16>>,
+    /// By how much the server's ticks are ahead of the own milliseconds, as the quickest word had it.
+    started: Instant,
+    ahead: Option<i64>,
+    last_frame: Instant,
+    is_dirty: bool,
+    is_turning_view: bool,
+    cursor: Vec2,
+    failure: Option<anyhow::Error>,
+}
+
+impl Looker {
+    /// Looks at all wheels, or at `alone` only.
+    pub(super) fn new(onlooker: Onlooker, alone: Option<u16>, words: Words, proxy: EventLoopProxy<Call>) -> Self {
+        let wheels = onlooker.look(|watcher, _| watcher.wheels());
+        let now = Instant::now();
+        let mut looker = Self {
+            onlooker,
+            words,
+            proxy,
+            stage: None,
+            overlay: None,
+            camera: Camera::default(),
+            rack: rack::standard(),
+            wheels,
+            first: 1,
+            places: Vec::new(),
+            close: alone,
+            is_alone: alone.is_some(),
+            is_close_shown: false,
+            wish: None,
+            started: now,
+            ahead: None,
+            last_frame: now,
+            is_dirty: true,
+            is_turning_view: false,
+            cursor: Vec2::ZERO,
+            failure: None,
+        };
+        match alone {
+            Some(wheel) => {
+                looker.places = vec![Place::new(wheel)];
+                looker.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Spectator, now));
+            }
+            None => looker.turn_page(0),
+        }
+        looker
+    }
+
+    /// The onlooker, to leave with, and what went wrong.
+    pub(super) fn finish(self) -> (Onlooker, Option<anyhow::Error>) {
+        (self.onlooker, self.failure)
+    }
+
+    /// Shows other wheels, so many pages on.
+    fn turn_page(&mut self, by: i32) {
+        let last = (self.wheels.saturating_sub(1)) / PAGE;
+        let page = (i32::from((self.first - 1) / PAGE) + by).clamp(0, i32::from(last)) as u16;
+        self.first = 1 + page * PAGE;
+        let shown = self.first..=self.wheels.min(self.first + PAGE - 1);
+        self.onlooker.look(|watcher, now| {
+            for place in self.places.iter().filter(|place| !shown.contains(&place.wheel)) {
+                watcher.unwatch(place.wheel);
+            }
+            for wheel in shown.clone() {
+                watcher.watch(wheel, Detail::Gallery, now);
+            }
+        });
+        self.places = shown.map(Place::new).collect();
+        self.show_all();
+    }
+
+    /// Draws the page from now on, wheel by wheel as they come.
+    fn show_all(&mut self) {
+        (self.close, self.is_close_shown) = (None, false);
+        for place in &mut self.places {
+            place.is_sent = false;
+        }
+        if let Some(stage) = &mut self.stage {
+            stage.show_gallery(&coarse_pot(), 0);
+        }
+        self.camera = Camera { distance_m: 1.25 * Camera::default().distance_m, ..Camera::default() };
+        self.is_dirty = true;
+    }
+
+    fn go(&mut self, wish: Option<u16>) {
+        match wish {
+            Some(wheel) => {
+                self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Spectator, now));
+                (self.close, self.is_close_shown) = (Some(wheel), false);
+            }
+            None => {
+                if let Some(wheel) = self.close.take() {
+                    self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Gallery, now));
+                }
+                self.show_all();
+            }
+        }
+        self.is_dirty = true;
+    }
+
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let (mut stage, overlay) =
+            overlay::open(event_loop, self.proxy.clone(), "Pottery studio: looking on", |window| {
+                Stage::new(window, event_loop.owned_display_handle(), &coarse_pot())
+            })?;
+        stage.show_gallery(&coarse_pot(), 0);
+        self.overlay = Some(overlay);
+        self.stage = Some(stage);
+        Ok(())
+    }
+
+    /// Takes in what there is of every wheel; what has changed is drawn next.
+    fn look(&mut self) {
+        let Some(stage) = &mut self.stage else { return };
+        let passed = self.started.elapsed().as_millis() as i64;
+        let (places, close) = (&mut self.places, self.close);
+        let (is_close_shown, ahead) = (&mut self.is_close_shown, &mut self.ahead);
+        let wheels = places.len();
+        let mut is_news = false;
+        let camera = &mut self.camera;
+        self.onlooker.look(|watcher, _| {
+            let ticks = places.iter().filter_map(|place| Some(watcher.sight(place.wheel)?.tick().0 as i64 - passed));
+            *ahead = ticks.chain(*ahead).max();
+            let now = Tick(ahead.map_or(0, |ahead| passed + ahead).max(0) as u64);
+            for (number, place) in places.iter_mut().enumerate() {
+                let Some(sight) = watcher.sight_mut(place.wheel) else { continue };
+                is_news |= place.take_in(sight, now);
+                let is_closely = sight.detail() == Detail::Spectator;
+                if close == Some(place.wheel) && is_closely {
+                    if !*is_close_shown {
+                        stage.show_pot(sight.pot());
+                        *camera = Camera::on(sight.pot());
+                        (*is_close_shown, is_news) = (true, true);
+                    }
+                    stage.upload(sight.pot(), &place.changed);
+                    place.changed.clear();
+                } else if !is_closely {
+                    is_news |= send(stage, place, number, wheels, sight.pot());
+                }
+            }
+        });
+        self.is_dirty |= is_news;
+    }
+
+    fn draw(&mut self) -> anyhow::Result<()> {
+        self.last_frame = Instant::now();
+        if let Some(wish) = self.wish.take() {
+            self.go(wish);
+        }
+        self.look();
+        let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
+        let size = stage.window.inner_size();
+        let tiles = Tiles::of(self.places.len(), size.width.max(1) as f32 / size.height.max(1) as f32);
+        let (words, places, is_over) = (&self.words, &self.places, self.onlooker.is_over());
+        let (close, is_alone) = (self.close.filter(|_| self.is_close_shown), self.is_alone);
+        let is_waiting = places.iter().all(|place| !place.is_sent) && close.is_none();
+        let mut wish = None;
+        let shapes = overlay.lay_out(&stage.window, |ui| {
+            let context = ui.ctx();
+            match close {
+                Some(wheel) => wish = wish.or(show_close(context, words, wheel, is_alone)),
+                None => {
+                    let name = |number: usize| wheel_name(words, places[number].wheel);
+                    wish = wish.or(tiles.show(context, name).map(|number| Some(places[number].wheel)));
+                }
+            }
+            let said = if is_over { Some("closed") } else { is_waiting.then_some("waiting-for-wheels") };
+            if let Some(said) = said {
+                egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.0, 24.0]).show(
+                    context,
+                    |ui| {
+                        ui.label(RichText::new(words.say(said)).strong());
+                    },
+                );
+            }
+        });
+        self.wish = wish;
+        match close.and_then(|wheel| self.places.iter().find(|place| place.wheel == wheel)) {
+            Some(place) => {
+                let tools: Vec<ToolView> = place.tools.iter().map(tool_view).collect();
+                let rack = &self.rack;
+                let scene = Scene { camera: self.camera, phase: place.phase, tools: &tools, rack, ..Scene::default() };
+                stage.draw(&Picture::Pot(&scene), shapes)?;
+            }
+            None => {
+                let sent: Vec<WheelView> =
+                    self.places.iter().enumerate().map(|(at, place)| place.view(&tiles, at)).collect();
+                let wheels = if is_waiting { &[] } else { &sent[..] };
+                let scene = GalleryScene { camera: self.camera, wheels, wetness: Scene::default().wetness };
+                stage.draw(&Picture::Gallery(&scene), shapes)?;
+            }
+        }
+        self.is_dirty = self.wish.is_some();
+        Ok(())
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        match key.as_ref() {
+            Key::Named(NamedKey::Escape) if self.close.is_some() && !self.is_alone => self.wish = Some(None),
+            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Named(NamedKey::PageDown) if self.close.is_none() => self.turn_page(1),
+            Key::Named(NamedKey::PageUp) if self.close.is_none() => self.turn_page(-1),
+            Key::Named(NamedKey::ArrowLeft) => self.camera.azimuth_rad -= 0.1,
+            Key::Named(NamedKey::ArrowRight) => self.camera.azimuth_rad += 0.1,
+            _ => {}
+        }
+    }
+
+    fn moved(&mut self, to: Vec2) {
+        let by = to - self.cursor;
+        self.cursor = to;
+        if self.is_turning_view {
+            self.camera.azimuth_rad -= by.x * 0.008;
+            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+        }
+    }
+}
+
+impl Place {
+    fn new(wheel: u16) -> Self {
+        let changed = Touched::none(std::iter::empty());
+        Self { wheel, changed, shape: None, is_sent: false, phase: Phase::default(), tools: Vec::new() }
+    }
+
+    /// Takes in a sight as it is now; whether its picture changes.
+    fn take_in(&mut self, sight: &mut Watched, now: Tick) -> bool {
+        let shapes = || sight.pot().surfaces().iter().map(Surface::shape);
+        if self.shape != shapes().next() {
+            (self.changed, self.shape) = (Touched::none(shapes()), shapes().next());
+        }
+        sight.take_changed(&mut self.changed);
+        let phase = sight.wheel().phase(now);
+        let is_news = !self.changed.is_empty() || phase != self.phase || sight.tools() != self.tools;
+        self.phase = phase;
+        self.tools.clear();
+        self.tools.extend_from_slice(sight.tools());
+        is_news
+    }
+
+    fn view(&self, tiles: &Tiles, number: usize) -> WheelView {
+        let (middle, half) = tiles.place(number);
+        // a wheel that has not come yet has no size
+        let half = if self.is_sent { half } else { Vec2::ZERO };
+        WheelView { phase: self.phase, middle, half }
+    }
+}
+
+/// Sends what changed of a wheel's pot to the painter of all of them, which is made with the first; whether anything was sent.
+fn send(stage: &mut Stage, place: &mut Place, number: usize, wheels: usize, pot: &Pot) -> bool {
+    if stage.gallery().is_some_and(|gallery| gallery.wheels() == 0 || !gallery.fits(pot.spec())) {
+        stage.show_gallery(pot, wheels);
+    }
+    let Some(gallery) = stage.gallery() else { return false };
+    let is_sent = std::mem::replace(&mut place.is_sent, true);
+    let is_news = !is_sent || !place.changed.is_empty();
+    match is_sent {
+        true => gallery.upload_changed(number, pot, &place.changed),
+        false => gallery.upload(number, pot),
+    }
+    place.changed.clear();
+    is_news
+}
+
+/// The pot of a gallery before any has come.
+fn coarse_pot() -> Pot {
+    let spec = PotSpec::default();
+    let spec = PotSpec { shape: Detail::Gallery.grid_of(spec.shape), ..spec };
+    Pot::new(spec).expect("the usual pot can be made on a coarser grid")
+}
+
+fn tool_view(tool: &RemoteTool) -> ToolView {
+    let centre_m = tool.centre.point_m();
+    ToolView {
+        tool: tool.tool,
+        turn: tool.orientation.at(centre_m),
+        centre_m,
+        colour: colour(tool.client),
+        touching: tool.touching,
+        clay_m: None,
+    }
+}
+
+fn wheel_name(words: &Words, wheel: u16) -> String {
+    words.say_with("wheel-number", &[("number", &wheel.to_string())])
+}
+
+/// What stands over one wheel; the way back, if the person wants it.
+fn show_close(context: &egui::Context, words: &Words, wheel: u16, is_alone: bool) -> Option<Option<u16>> {
+    let mut wish = None;
+    let window = egui::Window::new("wheel").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]);
+    window.show(context, |ui| {
+        ui.label(RichText::new(wheel_name(words, wheel)).strong());
+        if !is_alone && ui.button(words.say("all-wheels")).clicked() {
+            wish = Some(None);
+        }
+    });
+    wish
+}
+
+impl ApplicationHandler<Call> for Looker {
+    fn user_event(&mut self, _: &ActiveEventLoop, call: Call) {
+        if let Some(overlay) = &mut self.overlay {
+            overlay.take_call(call);
+            self.is_dirty = true;
+        }
+    }
+
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.stage.is_none()
+            && let Err(error) = self.open(event_loop)
+        {
+            self.failure = Some(error);
+            event_loop.exit();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let mut is_panels = false;
+        if let (Some(stage), Some(overlay)) = (&self.stage, &mut self.overlay) {
+            is_panels = overlay.take(&stage.window, &event);
+        }
+        self.is_dirty |= !matches!(event, WindowEvent::RedrawRequested);
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => {
+                if let Some(stage) = &mut self.stage {
+                    stage.resize(size.width, size.height);
+                }
+            }
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw() {
+                    self.failure = Some(error);
+                    event_loop.exit();
+                }
+            }
+            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
+                self.key(event_loop, &event.logical_key);
+            }
+            WindowEvent::CursorMoved { position, .. } => self.moved(Vec2::new(position.x as f32, position.y as f32)),
+            WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
+                let is_one = self.close.is_some() && !is_panels;
+                self.is_turning_view = state == ElementState::Pressed && is_one;
+            }
+            WindowEvent::MouseWheel { delta, .. } if !is_panels => {
+                let lines = match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => lines,
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 40.0,
+                };
+                self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        self.look();
+        let Some(stage) = &self.stage else { return };
+        let frame = frame(stage.gpu());
+        let is_moving = self.is_dirty || self.wish.is_some() || self.overlay.as_ref().is_some_and(Overlay::is_moving);
+        let due = if is_moving { frame } else { FRAME_IDLE };
+        let since = self.last_frame.elapsed();
+        // who waits for wheels is told when they come or the studio has closed
+        if since >= due {
+            stage.window.request_redraw();
+        }
+        let wait = if since >= due { frame } else { frame.min(due - since) };
+        event_loop.set_control_flow(ControlFlow::WaitUntil(Instant::now() + wait));
+    }
+}

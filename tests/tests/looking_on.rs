@@ -1,0 +1,140 @@
+//! Looking on in a window: a class at a glance, one wheel closely, and back.
+//!
+//! A real server, somebody who really works at one of its wheels, and a real window on a virtual display.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::Child;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pottery_client::device::ScriptedDevice;
+use pottery_client::stroke::Stroke;
+use pottery_client::{Potter, PotterOptions, Target, endpoint};
+use pottery_server::{Server, ServerConfig};
+use pottery_tests::display::{Display, SIZE};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The parts of four wheels: left, top, width, height.
+const PARTS: [[usize; 4]; 4] = [[0, 0, 500, 350], [500, 0, 500, 350], [0, 350, 500, 350], [500, 350, 500, 350]];
+
+/// Pixels of a part for which it is so.
+fn count(pixels: &[u8], [left, top, width, height]: [usize; 4], is_so: impl Fn([i32; 3]) -> bool) -> usize {
+    let at = |x: usize, y: usize| {
+        let pixel = &pixels[(y * SIZE.0 + x) * 3..];
+        [pixel[0], pixel[1], pixel[2]].map(i32::from)
+    };
+    (top..top + height)
+        .flat_map(|y| (left..left + width).map(move |x| (x, y)))
+        .filter(|&(x, y)| is_so(at(x, y)))
+        .count()
+}
+
+fn clay(pixels: &[u8], part: [usize; 4]) -> usize {
+    count(pixels, part, |[red, _, blue]| red > blue + 24)
+}
+
+/// Pixels that are clay in one part and not in the other.
+fn unlike(pixels: &[u8], one: [usize; 4], other: [usize; 4]) -> usize {
+    let each = (0..one[3]).flat_map(|y| (0..one[2]).map(move |x| (x, y)));
+    let is_clay = |[left, top, _, _]: [usize; 4], (x, y): (usize, usize)| clay(pixels, [left + x, top + y, 1, 1]) > 0;
+    each.filter(|&at| is_clay(one, at) != is_clay(other, at)).count()
+}
+
+fn until(display: &Display, what: &str, is_so: impl Fn(&[u8]) -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !is_so(&display.pixels()) {
+        assert!(Instant::now() < deadline, "{what} is not seen");
+        std::thread::sleep(Duration::from_millis(200));
+    }
+}
+
+/// Opens a window on the studio that fills the display.
+fn look(display: &Display, target: &Target, arguments: &[&str]) -> Child {
+    let code = target.code.to_string();
+    let studio = display.studio(&[&["join", &target.address, "--code", &code, "--watch"], arguments].concat());
+    let window = display.window(&[]);
+    let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
+    display.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);
+    display.run("xdotool", &["windowmove", "--sync", &window, "0", "0", "windowfocus", &window]);
+    studio
+}
+
+fn ended(mut studio: Child) -> bool {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        if let Some(status) = studio.try_wait().unwrap() {
+            return status.success();
+        }
+        assert!(Instant::now() < deadline, "the studio does not close");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn a_class_is_seen_at_a_glance_and_the_wheel_that_is_clicked_on_closely() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+    let config = ServerConfig { listen, wheels: 4, ..ServerConfig::default() };
+    let server = runtime.block_on(async { Server::start(config) }).unwrap();
+    let address = server.address().to_string();
+    let target = Target { address, code: server.code().clone(), wheel: 4 };
+    let display = Display::new();
+    let studio = look(&display, &target, &["gallery"]);
+    until(&display, "four pots", |pixels| PARTS.iter().all(|part| clay(pixels, *part) > 3000));
+
+    let strokes = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let stroke = Arc::new(Stroke::read(&strokes).unwrap());
+    let potter = runtime.block_on(async {
+        let device = Box::new(ScriptedDevice::new(stroke));
+        Potter::join(&endpoint().unwrap(), &target, device, PotterOptions::default()).await.unwrap()
+    });
+    // three pots are alike but for what lies behind them, and the fourth has another outline
+    until(&display, "a waist at wheel 4 and nowhere else", |pixels| {
+        let unlike = [1, 2, 3].map(|of| unlike(pixels, PARTS[0], PARTS[of]));
+        println!("outlines unlike the first by {unlike:?} pixels");
+        unlike[0] < 150 && unlike[1] < 150 && unlike[2] > 300
+    });
+    display.run("xdotool", &["mousemove", "750", "520"]);
+    std::thread::sleep(Duration::from_millis(500));
+    display.run("xdotool", &["click", "1"]);
+    // the pot stands in the middle, where four parts meet
+    const MIDDLE: [usize; 4] = [450, 300, 100, 100];
+    until(&display, "wheel 4 closely", |pixels| clay(pixels, MIDDLE) > 6000);
+    display.run("xdotool", &["key", "Escape"]);
+    until(&display, "four pots again", |pixels| {
+        clay(pixels, MIDDLE) < 1000 && PARTS.iter().all(|part| clay(pixels, *part) > 3000)
+    });
+    display.run("xdotool", &["key", "Escape"]);
+    assert!(ended(studio));
+    runtime.block_on(async {
+        potter.leave().await.unwrap();
+        server.stop().await;
+    });
+}
+
+#[test]
+fn a_wheel_that_there_is_not_is_refused_and_one_that_there_is_is_shown_alone() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+    let server =
+        runtime.block_on(async { Server::start(ServerConfig { listen, wheels: 2, ..ServerConfig::default() }) });
+    let server = server.unwrap();
+    let address = server.address().to_string();
+    let target = Target { address, code: server.code().clone(), wheel: 1 };
+    let display = Display::new();
+    let code = target.code.to_string();
+    let studio = display.studio(&["join", &target.address, "--code", &code, "--watch", "spectator", "--wheel", "3"]);
+    let output = studio.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && said.contains("there is no wheel 3 in this studio"), "{said}");
+
+    let studio = look(&display, &target, &["spectator", "--wheel", "2"]);
+    until(&display, "wheel 2", |pixels| clay(pixels, [450, 300, 100, 100]) > 6000);
+    display.run("xdotool", &["key", "Escape"]);
+    assert!(ended(studio));
+    runtime.block_on(server.stop());
+}
