@@ -37,6 +37,8 @@ pub struct Status {
     tick_offset: AtomicI64,
     /// The tool is to be lifted; written by the owner.
     lifted: AtomicBool,
+    /// The room takes no presses; written by the network's side.
+    held: AtomicBool,
     /// The person wants no force; written by the owner.
     force_off: AtomicBool,
     /// The student wants no guidance, until the next begins; written by the owner.
@@ -85,7 +87,17 @@ impl Status {
     }
 
     pub(crate) fn is_lifted(&self) -> bool {
-        self.lifted.load(Ordering::Relaxed)
+        self.lifted.load(Ordering::Relaxed) || self.held.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn hold(&self, held: bool) {
+        self.held.store(held, Ordering::Relaxed);
+    }
+
+    /// Whether the room takes no presses, so that the tool is lifted.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.held.load(Ordering::Relaxed)
     }
 
     /// Lifts the tool off the clay, or lets it down again.

@@ -6,7 +6,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use pottery_shared::protocol::{FrameReader, JoinCode};
+use pottery_shared::protocol::{self, FrameReader, JoinCode, Notice, Pass, TeacherToken};
 use pottery_shared::session::ClientError;
 use tokio::time::timeout;
 use web_transport_quinn::Session;
@@ -16,6 +16,8 @@ use crate::transport;
 
 /// A handshake that takes longer than this is not going to end.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// A teacher who has let nobody in by then is not going to.
+const WAITS_FOR: Duration = Duration::from_secs(1800);
 
 /// What to join.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +28,10 @@ pub struct Target {
     pub code: JoinCode,
     /// Number of the wheel, from 1.
     pub wheel: u16,
+    /// With what one teaches there.
+    pub teacher: Option<TeacherToken>,
+    /// SHA-256 of the certificate that the server showed the last time, for a code that says nothing of it.
+    pub known: Option<[u8; 32]>,
 }
 
 /// Why a studio could not be joined.
@@ -48,6 +54,15 @@ pub enum JoinError {
     /// Somebody else answers there.
     #[error("the server at {address} is not the one this code belongs to; ask the host for the code again")]
     WrongServer {
+        /// Where.
+        address: SocketAddr,
+    },
+    /// Another key than the last time.
+    #[error(
+        "the studio at {address} shows another key than the last time: somebody may be pretending to be it. Ask its host; if they \
+         have begun anew on purpose, join once with --trust-new-key"
+    )]
+    NewKey {
         /// Where.
         address: SocketAddr,
     },
@@ -77,12 +92,26 @@ pub struct Joined {
     pub connection: Session,
     /// Its streams.
     pub streams: Streams,
+    /// SHA-256 of the certificate that the server showed.
+    pub fingerprint: Option<[u8; 32]>,
 }
 
 /// The port studios listen on when none is typed.
 const PORT: u16 = 4747;
 
 impl Target {
+    /// A studio that nobody knows yet, and where one does not teach.
+    #[must_use]
+    pub const fn new(address: String, code: JoinCode, wheel: u16) -> Self {
+        Self { address, code, wheel, teacher: None, known: None }
+    }
+
+    /// What is shown beside the code.
+    #[must_use]
+    pub fn pass(&self) -> Pass {
+        self.teacher.map_or(Pass::None, Pass::Teacher)
+    }
+
     /// Where that is.
     ///
     /// # Errors
@@ -119,25 +148,33 @@ pub async fn join<S>(
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
     let address = target.resolved().await?;
-    let config = transport::client_config(&target.code)?;
+    let config = transport::config_for(&target.code, target.known)?;
     let connecting = endpoint
         .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)
         .map_err(|error| JoinError::Network { reason: error.to_string() })?;
     let unreachable = JoinError::Unreachable { address };
     let connection = match timeout(PATIENCE, connecting).await {
         Ok(Ok(connection)) => connection,
-        Ok(Err(error)) => return Err(explain(error, address)),
+        Ok(Err(error)) => {
+            return Err(match explain(error, address) {
+                JoinError::WrongServer { address } if target.code.print().is_none() => JoinError::NewKey { address },
+                error => error,
+            });
+        }
         Err(_) => return Err(unreachable),
     };
     let round_trip = connection.rtt();
+    let fingerprint = transport::fingerprint_of(&connection);
     let session = Session::raw(connection);
-    match timeout(PATIENCE, greet(session.clone(), greeting, |answer| open(answer, round_trip))).await {
+    let greeted = greet(session.clone(), fingerprint, greeting, |answer| open(answer, round_trip));
+    match timeout(WAITS_FOR, greeted).await {
         Ok(Ok(joined)) => Ok(joined),
         Ok(Err(error)) => {
             session.close(0, b"");
             Err(match error {
                 GreetError::Session(error) => error.into(),
                 GreetError::Stream(reason) => JoinError::NotAStudio { address, reason },
+                GreetError::Silent => unreachable,
             })
         }
         Err(_) => Err(unreachable),
@@ -147,10 +184,13 @@ pub async fn join<S>(
 enum GreetError {
     Session(ClientError),
     Stream(String),
+    /// It said nothing for long.
+    Silent,
 }
 
 async fn greet<S>(
     connection: Session,
+    fingerprint: Option<[u8; 32]>,
     greeting: &[u8],
     open: impl FnOnce(&[u8]) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), GreetError> {
@@ -159,16 +199,24 @@ async fn greet<S>(
     control_out.write_all(greeting).await.map_err(|error| broken(&error))?;
     let mut frames = FrameReader::default();
     let mut piece = [0; 4096];
+    let mut is_waiting = false;
     loop {
-        if let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
+        while let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
+            if protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(&frame) == Ok(Notice::Waiting) {
+                is_waiting = true;
+                tracing::warn!("waiting for the teacher to let you in");
+                continue;
+            }
             let session = open(&frame).map_err(GreetError::Session)?;
             let streams = Streams::new(&connection, control_out, control_in, frames);
-            return Ok((Joined { connection, streams }, session));
+            return Ok((Joined { connection, streams, fingerprint }, session));
         }
-        match control_in.read(&mut piece).await {
-            Ok(Some(length)) => frames.push(&piece[..length]),
-            Ok(None) => return Err(GreetError::Stream("it said nothing".into())),
-            Err(error) => return Err(broken(&error)),
+        let patience = if is_waiting { WAITS_FOR } else { PATIENCE };
+        match timeout(patience, control_in.read(&mut piece)).await {
+            Ok(Ok(Some(length))) => frames.push(&piece[..length]),
+            Ok(Ok(None)) => return Err(GreetError::Stream("it said nothing".into())),
+            Ok(Err(error)) => return Err(broken(&error)),
+            Err(_) => return Err(GreetError::Silent),
         }
     }
 }

@@ -6,7 +6,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use pottery_shared::session::Watcher;
+use pottery_shared::protocol::{Hello, Purpose};
+use pottery_shared::session::{Watcher, greeting};
 use tokio::sync::Notify;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
@@ -68,7 +69,8 @@ impl Onlooker {
     /// # Errors
     /// [`JoinError`] with a sentence for the person.
     pub async fn join(endpoint: &quinn::Endpoint, target: &Target, bytes_per_s: u32) -> Result<Self, JoinError> {
-        let greeting = Watcher::greeting(target.code.room(), bytes_per_s);
+        let (code, purpose) = (target.code.room().to_owned(), Purpose::Watches { bytes_per_s });
+        let greeting = greeting(&Hello { code, wheel: 0, purpose, pass: target.pass() });
         let (joined, watcher) = connection::join(endpoint, target, &greeting, Watcher::open).await?;
         let shared = Arc::new(Shared { watcher: Mutex::new(watcher), asked: Notify::new() });
         let epoch = Instant::now();
@@ -101,7 +103,7 @@ impl Onlooker {
 
 /// Takes in what arrives until the connection ends.
 async fn run(joined: Joined, shared: Arc<Shared>, epoch: Instant) -> WatchReport {
-    let Joined { connection, streams: Streams { outgoing, mut arriving } } = joined;
+    let Joined { connection, streams: Streams { outgoing, mut arriving }, .. } = joined;
     let mut look = tokio::time::interval(LOOK_EVERY);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut malformed = 0;

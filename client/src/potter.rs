@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use pottery_shared::session::Client;
+use pottery_shared::protocol::{Hello, Purpose};
+use pottery_shared::session::{Client, greeting};
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 
@@ -17,7 +18,7 @@ use crate::connection::{self, JoinError, Target};
 use crate::device::Device;
 use crate::pacing::whole_ticks;
 use crate::view::{SharedView, View};
-use crate::worker::Worker;
+use crate::worker::{WayBack, Worker};
 use crate::{Command, HapticLoop, HapticReport, NetworkReport};
 
 /// How a person works.
@@ -68,14 +69,16 @@ impl Seat {
     /// [`JoinError`] with a sentence for the person.
     pub async fn take(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Result<Self, JoinError> {
         let epoch = tokio::time::Instant::now();
-        let greeting = Client::greeting(target.code.room(), target.wheel, true);
+        let (code, purpose) = (target.code.room().to_owned(), Purpose::Works { retells: true });
+        let greeting = greeting(&Hello { code, wheel: target.wheel, purpose, pass: target.pass() });
         let open = |answer: &[u8], round_trip| Client::open(answer, epoch.elapsed().as_millis() as u64, round_trip);
         let (joined, session) = connection::join(endpoint, target, &greeting, open).await?;
         let view = SharedView::new(&session);
         let (hand, net_side) = boundary(&session.patch());
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
-        let worker = Worker::new(joined, session, net_side, view.clone(), received, epoch, options.record);
+        let way_back = WayBack::new(endpoint.clone(), target.clone());
+        let worker = Worker::new(joined, session, net_side, view.clone(), received, epoch, way_back, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

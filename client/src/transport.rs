@@ -37,9 +37,15 @@ pub fn endpoint() -> Result<quinn::Endpoint, JoinError> {
 /// # Errors
 /// [`JoinError::Network`] when the cryptography is not to be had.
 pub fn client_config(code: &JoinCode) -> Result<quinn::ClientConfig, JoinError> {
+    config_for(code, None)
+}
+
+/// The same; a code that names no server trusts the one that is `known`, where there is one.
+pub(crate) fn config_for(code: &JoinCode, known: Option<[u8; 32]>) -> Result<quinn::ClientConfig, JoinError> {
     let network = |reason: String| JoinError::Network { reason };
     let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let verifier = Arc::new(Fingerprint { print: code.print().copied(), provider: Arc::clone(&provider) });
+    let print = code.print().map(|print| print.to_vec()).or_else(|| known.map(|known| known.to_vec()));
+    let verifier = Arc::new(Fingerprint { print, provider: Arc::clone(&provider) });
     let mut tls = rustls::ClientConfig::builder_with_provider(provider)
         .with_protocol_versions(&[&rustls::version::TLS13])
         .map_err(|error| network(error.to_string()))?
@@ -69,10 +75,16 @@ pub fn client_config(code: &JoinCode) -> Result<quinn::ClientConfig, JoinError> 
     Ok(config)
 }
 
-/// Trusts the certificate whose SHA-256 begins with the code's bytes.
+/// SHA-256 of the certificate that the other end showed.
+pub(crate) fn fingerprint_of(connection: &quinn::Connection) -> Option<[u8; 32]> {
+    let shown = connection.peer_identity()?.downcast::<Vec<CertificateDer<'static>>>().ok()?;
+    ring::digest::digest(&ring::digest::SHA256, shown.first()?).as_ref().try_into().ok()
+}
+
+/// Trusts the certificate whose SHA-256 begins with these bytes.
 #[derive(Debug)]
 struct Fingerprint {
-    print: Option<[u8; JoinCode::PRINT_BYTES]>,
+    print: Option<Vec<u8>>,
     provider: Arc<CryptoProvider>,
 }
 
@@ -86,8 +98,8 @@ impl ServerCertVerifier for Fingerprint {
         _: UnixTime,
     ) -> Result<ServerCertVerified, rustls::Error> {
         let digest = ring::digest::digest(&ring::digest::SHA256, end_entity);
-        match self.print {
-            Some(print) if !digest.as_ref().starts_with(&print) => {
+        match &self.print {
+            Some(print) if !digest.as_ref().starts_with(print) => {
                 Err(rustls::Error::InvalidCertificate(CertificateError::ApplicationVerificationFailure))
             }
             _ => Ok(ServerCertVerified::assertion()),

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use pottery_shared::clay::{Conditions, Pot, Surface};
-use pottery_shared::protocol::{NoStep, StepsWire};
-use pottery_shared::session::{Client, RemoteTool};
+use pottery_shared::protocol::{NoOrder, NoStep, StepsWire};
+use pottery_shared::session::{ClassView, Client, RemoteTool};
 use pottery_shared::snapshot::Touched;
 use pottery_shared::tool::{ConvexTool, Shape};
 
@@ -19,6 +19,8 @@ use crate::fade::Fade;
 pub enum Link {
     /// It works.
     Open,
+    /// It is being made anew; the sentence says how it broke.
+    ComingBack(String),
     /// The studio has closed.
     Closed,
     /// It broke; the sentence says how.
@@ -44,6 +46,10 @@ pub struct View {
     pub steps: StepsWire,
     /// Why the last step back or forth was none, until somebody has taken it.
     pub no_step: Option<NoStep>,
+    /// Who is here, and what a teacher may know beside.
+    pub class: ClassView,
+    /// Why the last order was not done, until somebody has taken it.
+    pub no_order: Option<NoOrder>,
     /// Everybody's tools on their ways, the client's own included.
     pub tools: Vec<RemoteTool>,
     /// Wheel, material and method.
@@ -77,6 +83,8 @@ impl SharedView {
             brought: None,
             steps: *session.steps(),
             no_step: None,
+            class: session.class().clone(),
+            no_order: None,
             tools: Vec::new(),
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),

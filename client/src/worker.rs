@@ -3,12 +3,14 @@
 //! Owns the connection after the welcome. Prediction is the session's; this task only feeds it and hands on.
 //! Invariant: own samples reach the session in the order of their making, before any clay that came later.
 
+mod coming_back;
+
 use std::sync::Arc;
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
 use pottery_shared::clay::{Form, Material};
-use pottery_shared::protocol::{DATAGRAM_MAX, Request};
+use pottery_shared::protocol::{DATAGRAM_MAX, Order, Request};
 use pottery_shared::session::{Client, ClientEvent, MendCounts, StepCounts};
 use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
@@ -16,6 +18,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
 
+pub(crate) use self::coming_back::WayBack;
 use crate::boundary::NetSide;
 use crate::connection::Joined;
 use crate::remote_hands::RemoteHands;
@@ -49,6 +52,8 @@ pub enum Command {
     Redo,
     /// Put new clay on the wheel, in a form or as it began; can be undone as a stroke.
     NewPot(Option<Form>),
+    /// What a teacher orders; the view says when it was not done.
+    Order(Order),
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -107,6 +112,7 @@ pub struct Worker {
     report: NetworkReport,
     /// Not before then is prediction put on new clay.
     rebase_after: Instant,
+    way_back: WayBack,
     records: bool,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
@@ -121,9 +127,10 @@ impl Worker {
         view: SharedView,
         commands: mpsc::Receiver<Command>,
         epoch: Instant,
+        way_back: WayBack,
         records: bool,
     ) -> Self {
-        let Joined { connection, streams: Streams { outgoing, arriving } } = joined;
+        let Joined { connection, streams: Streams { outgoing, arriving }, .. } = joined;
         side.status().set_tick_offset(session.tick_offset());
         let histogram = |highest| Histogram::new_with_bounds(1, highest, 3).expect("these bounds are valid");
         let report = NetworkReport {
@@ -153,19 +160,30 @@ impl Worker {
             arriving,
             report,
             rebase_after: Instant::now(),
+            way_back,
             records,
             first_recorded: None,
             last_recorded: None,
         }
     }
 
-    /// Works until the person leaves or the connection ends.
+    /// Works until the person leaves or the connection ends for good.
     pub async fn run(mut self) -> NetworkReport {
+        loop {
+            let link = self.work().await;
+            if let Err(link) = self.come_back(link).await {
+                return self.finish(link);
+            }
+        }
+    }
+
+    /// Works until the connection ends; says how.
+    async fn work(&mut self) -> Link {
         let mut fetch = tokio::time::interval(FETCH_EVERY);
         fetch.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut fetches = 0_u32;
         let mut leaving: Option<Instant> = None;
-        let link = loop {
+        loop {
             tokio::select! {
                 // the rarest first, so that nothing starves, and always in this order, so that a run repeats from its seed
                 biased;
@@ -209,6 +227,7 @@ impl Worker {
                     Some(Command::Undo) => self.session.undo(),
                     Some(Command::Redo) => self.session.redo(),
                     Some(Command::NewPot(form)) => self.session.begin_anew(form),
+                    Some(Command::Order(order)) => self.session.request(&Request::Order(order)),
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
                     }
@@ -221,8 +240,7 @@ impl Worker {
             if leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
                 break self.say_goodbye().await;
             }
-        };
-        self.finish(link)
+        }
     }
 
     /// Puts prediction on the clay that was confirmed, unless that took too much of the time lately: a machine that cannot
@@ -311,6 +329,7 @@ impl Worker {
                 ClientEvent::NotBrought(reason) => self.view.lock().brought = Some(Err(reason.to_string())),
                 ClientEvent::Steps => self.view.lock().steps = *self.session.steps(),
                 ClientEvent::NoStep(reason) => self.view.lock().no_step = Some(reason),
+                ClientEvent::Class(event) => self.hear_of_class(event),
                 ClientEvent::Closing => tracing::info!("the studio closes"),
             }
         }
@@ -366,15 +385,26 @@ impl Worker {
     fn finish(mut self, link: Link) -> NetworkReport {
         self.connection.close(0, b"goodbye");
         self.view.lock().link = link;
-        let stats = quinn::Connection::stats(&self.connection);
         self.report.duration = self.joined_at.elapsed();
-        self.report.mismatches = self.session.mismatches();
-        self.report.mends = *self.session.mend_counts();
-        self.report.repeats = self.session.repeats();
-        self.report.resyncs = self.session.resyncs();
-        self.report.steps = *self.session.step_counts();
-        self.report.down_bytes = stats.udp_rx.bytes;
-        self.report.up_bytes = stats.udp_tx.bytes;
+        self.add_counts();
         self.report
+    }
+
+    /// Adds what this connection counted to the report.
+    fn add_counts(&mut self) {
+        let stats = quinn::Connection::stats(&self.connection);
+        let (session, report) = (&self.session, &mut self.report);
+        let (mends, steps) = (session.mend_counts(), session.step_counts());
+        report.mismatches += session.mismatches();
+        report.mends.asked += mends.asked;
+        report.mends.whole += mends.whole;
+        report.mends.tiles += mends.tiles;
+        report.repeats += session.repeats();
+        report.resyncs += session.resyncs();
+        report.steps.retold += steps.retold;
+        report.steps.deltas += steps.deltas;
+        report.steps.unlike += steps.unlike;
+        report.down_bytes += stats.udp_rx.bytes;
+        report.up_bytes += stats.udp_tx.bytes;
     }
 }

@@ -46,6 +46,12 @@ pub struct ServerConfig {
     pub data: Option<PathBuf>,
     /// Whether wheels begin with new pots even so; those that were kept are put aside.
     pub is_fresh: bool,
+    /// Whether a new teacher's token takes the place of the one whose hash is kept.
+    pub renews_teacher: bool,
+    /// Hours for which a code is good; for good when absent.
+    pub code_hours: Option<f64>,
+    /// Whether who comes waits until a teacher lets them in.
+    pub has_lobby: bool,
     /// Where operators on this machine ask how the server is.
     pub operate: Option<SocketAddr>,
     /// How often people may knock.
@@ -57,6 +63,8 @@ impl ServerConfig {
     pub const PORT: u16 = 4747;
     /// Most wheels in one process.
     pub const WHEELS_MAX: u16 = 1024;
+    /// Shortest and longest time for which a code is good, h.
+    pub const CODE_HOURS: (f64, f64) = (0.01, 10_000.0);
     /// Most people in one process.
     pub const PEOPLE_MAX: u16 = 4096;
 
@@ -78,6 +86,10 @@ impl ServerConfig {
         Material::new(self.clay.viscosity, self.clay.strength)?;
         if let Some(address) = self.operate.filter(|address| !address.ip().is_loopback()) {
             return Err(ConfigError::Operate { address });
+        }
+        if let Some(hours) = self.code_hours.filter(|hours| !(Self::CODE_HOURS.0..=Self::CODE_HOURS.1).contains(hours))
+        {
+            return Err(ConfigError::CodeHours { hours });
         }
         let Arrivals { burst, per_s, .. } = self.arrivals;
         if burst == 0 || per_s == 0 {
@@ -104,6 +116,9 @@ impl Default for ServerConfig {
             record: None,
             data: None,
             is_fresh: false,
+            renews_teacher: false,
+            code_hours: None,
+            has_lobby: false,
             operate: None,
             arrivals: Arrivals::default(),
         }
@@ -181,6 +196,12 @@ pub enum ConfigError {
         /// What was given.
         address: SocketAddr,
     },
+    /// A code that is good for no time.
+    #[error("a code that is good for {hours} hours is none: choose from 0.01 to 10000, or leave code_hours out")]
+    CodeHours {
+        /// What was given.
+        hours: f64,
+    },
     /// Doors through which nobody comes.
     #[error("with arrivals.burst = {burst} and arrivals.per_s = {per_s} nobody comes in: choose at least 1 for both")]
     Arrivals {
@@ -225,6 +246,8 @@ impl From<GridError> for ConfigError {
 pub struct FileConfig {
     listen: Option<SocketAddr>,
     code: Option<String>,
+    code_hours: Option<f64>,
+    lobby: Option<bool>,
     wheels: Option<u16>,
     people_max: Option<u16>,
     columns: Option<u32>,
@@ -267,6 +290,8 @@ impl FileConfig {
         Self {
             listen: Some(config.listen),
             code: config.code.as_ref().map(JoinCode::to_string),
+            code_hours: config.code_hours,
+            lobby: Some(config.has_lobby),
             wheels: Some(config.wheels),
             people_max: Some(config.people_max),
             columns: Some(pot.shape.columns()),
@@ -308,6 +333,8 @@ impl FileConfig {
         pot.wall = self.wall_mm.map_or(pot.wall, Metres::from_mm);
         config.listen = self.listen.unwrap_or(config.listen);
         config.code = self.code.map(|code| code.parse()).transpose()?;
+        config.code_hours = self.code_hours;
+        config.has_lobby = self.lobby.unwrap_or(config.has_lobby);
         config.wheels = self.wheels.unwrap_or(config.wheels);
         config.people_max = self.people_max.unwrap_or(config.people_max);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);

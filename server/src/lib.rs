@@ -15,6 +15,7 @@ mod operation;
 pub mod recording;
 mod server;
 mod store;
+mod teacher;
 mod ticking;
 mod transport;
 

@@ -24,6 +24,15 @@ struct Flags {
     /// Join code of 8 characters; a fresh one at each start when left out
     #[arg(long, env = "POTTERY_CODE")]
     code: Option<JoinCode>,
+    /// Hours for which a code is good: after that, and after a teacher has changed it, it lets nobody in [default: for good]
+    #[arg(long, value_name = "HOURS", env = "POTTERY_CODE_HOURS")]
+    code_hours: Option<f64>,
+    /// Who comes waits until a teacher lets them in
+    #[arg(long, env = "POTTERY_LOBBY")]
+    lobby: bool,
+    /// Make a new teacher's token; the one before teaches no longer
+    #[arg(long)]
+    new_teacher_token: bool,
     /// Number of wheels, each with its own pot
     #[arg(long, env = "POTTERY_WHEELS")]
     wheels: Option<u16>,
@@ -61,7 +70,7 @@ struct Flags {
     /// How the log is written on standard error
     #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
     log: Log,
-    /// Settings in TOML: listen, code, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
+    /// Settings in TOML: listen, code, code_hours, lobby, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
     /// method, wheel_rpm, clay, wetness, support, data, operate, and [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback
     #[arg(long, value_name = "FILE", env = "POTTERY_CONFIG")]
     config: Option<PathBuf>,
@@ -135,6 +144,9 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.people_max = flags.people.unwrap_or(config.people_max);
     config.code = flags.code.or(config.code);
+    config.code_hours = flags.code_hours.or(config.code_hours);
+    config.has_lobby |= flags.lobby;
+    config.renews_teacher = flags.new_teacher_token;
     config.record = flags.record;
     config.form = flags.form.unwrap_or(config.form);
     config.pot.support = flags.support.unwrap_or(config.pot.support);
@@ -153,6 +165,10 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     let server = Server::start(config)?;
     println!("listening on {}", server.address());
     println!("join code    {}", server.code());
+    match server.teacher_token() {
+        Some(token) => println!("teacher      {token} (shown once: pottery-studio join --teacher-token)"),
+        None => println!("teacher      the token that was shown at the first start; --new-teacher-token makes another"),
+    }
     if let Some(address) = server.operated_at() {
         println!("operators    http://{address}/metrics");
     }

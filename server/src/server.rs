@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use pottery_shared::clay::Pot;
-use pottery_shared::protocol::JoinCode;
-use pottery_shared::room::RoomCounts;
+use pottery_shared::protocol::{JoinCode, TeacherToken};
+use pottery_shared::room::{DoorConfig, RoomCounts};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
@@ -17,6 +17,7 @@ use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::recording::Recorder;
 use crate::store::StoreError;
+use crate::teacher::Teacher;
 use crate::ticking::Ticking;
 use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, opening, operation, transport};
 
@@ -61,6 +62,14 @@ pub enum ServerError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// What is kept of the teacher's token is not.
+    #[error("{path} is no hash of a teacher's token ({reason}): take the file away, or start with --new-teacher-token")]
+    Teacher {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The data folder cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -96,6 +105,7 @@ pub struct Standing {
 pub struct Server {
     address: SocketAddr,
     code: JoinCode,
+    teacher: Teacher,
     endpoint: quinn::Endpoint,
     events: mpsc::Sender<Event>,
     accepting: JoinHandle<()>,
@@ -131,9 +141,16 @@ impl Server {
         let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
         let code = match config.code.clone() {
             Some(code) => code.on_server(fingerprint),
-            None => fresh_code(fingerprint)?,
+            None => JoinCode::new(random()?, fingerprint),
         };
         let (mut room, store) = opening::open(&config, &code)?;
+        let teacher = Teacher::of(config.data.as_deref(), config.renews_teacher)?;
+        room.keep_doors(DoorConfig {
+            secret: Some(random()?),
+            teacher: Some(*teacher.hash()),
+            code_ticks: config.code_hours.map(|hours| (hours * 3_600_000.0) as u64),
+            has_lobby: config.has_lobby,
+        });
         let recorder = config
             .record
             .map(|path| Recorder::begin(&path, &mut room).map_err(|source| ServerError::Recording { path, source }))
@@ -145,7 +162,7 @@ impl Server {
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
         let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
-        Ok(Self { address, code, endpoint, events, accepting, ticking, operating, operated_at })
+        Ok(Self { address, code, teacher, endpoint, events, accepting, ticking, operating, operated_at })
     }
 
     /// Where it listens.
@@ -160,10 +177,16 @@ impl Server {
         self.operated_at
     }
 
-    /// The code that lets people in.
+    /// The code that lets people in at first; a teacher may change it.
     #[must_use]
     pub const fn code(&self) -> &JoinCode {
         &self.code
+    }
+
+    /// With what somebody teaches here, when it was made at this start: it is not kept, and not to be had later.
+    #[must_use]
+    pub const fn teacher_token(&self) -> Option<&TeacherToken> {
+        self.teacher.token()
     }
 
     /// How it stands.
@@ -217,11 +240,15 @@ async fn port_is_free(address: SocketAddr) {
     }
 }
 
-fn fresh_code(fingerprint: &[u8; 32]) -> Result<JoinCode, ServerError> {
+/// Bits that nobody can foretell.
+///
+/// # Errors
+/// [`ServerError::Certificate`] when the system has none.
+pub(crate) fn random<const N: usize>() -> Result<[u8; N], ServerError> {
     use ring::rand::{SecureRandom, SystemRandom};
-    let mut random = [0_u8; 5];
+    let mut random = [0_u8; N];
     SystemRandom::new()
         .fill(&mut random)
         .map_err(|_| ServerError::Certificate { reason: "the system gives no randomness".into() })?;
-    Ok(JoinCode::new(random, fingerprint))
+    Ok(random)
 }

@@ -8,26 +8,33 @@
 //! datagram, a control frame (two bytes of length, little-endian, before each) or a whole stream (keyframes). Grid
 //! contents are the snapshot codec's own bytes. Changing anything here means raising [`VERSION`].
 
+mod class;
 mod code;
 mod frame;
 mod messages;
 mod steps;
+mod token;
 
+pub use class::{
+    ClassWire, Nickname, NoOrder, Order, Pass, PersonWire, PlaceWire, PotOf, Presence, ResumeToken, Role, TeacherToken,
+    WheelInfo,
+};
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use messages::{
     Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
-    Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire,
-    ToolWire, Welcome, WheelWire,
+    Notice, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight, SightName,
+    StepsWire, ToolWire, Welcome, WheelWire,
 };
 pub use steps::Steps;
+pub use token::TokenError;
 
 use alloc::vec::Vec;
 use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 10;
+pub const VERSION: u16 = 11;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

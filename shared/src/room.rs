@@ -3,12 +3,18 @@
 //! Sans-IO: the shell passes in frames, datagrams and ticks, and sends what [`Room::poll_transmit`] returns.
 //! Invariant: clay of a tick that was committed is never changed for an earlier one.
 
+mod arriving;
 mod audience;
 mod bench;
+mod doors;
 mod history;
 mod journal;
+mod orders;
+mod people;
 mod pieces;
 mod replay;
+mod rights;
+mod telling;
 mod view;
 
 use alloc::collections::{BTreeMap, VecDeque};
@@ -16,15 +22,20 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
-use crate::protocol::{self, Notice, Refusal, Request, Role};
+use crate::protocol::{NoOrder, Notice, PersonWire, Request, Role};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
+use arriving::Waiting;
 use audience::Audience;
 use bench::Bench;
+use doors::Doors;
+pub use doors::{DoorConfig, TokenHash, token_hash};
 use history::Step;
 pub use journal::{Entry, Happening, WheelState};
+use people::People;
 pub use replay::{Comparison, Replay, ReplayError};
+pub use rights::{changes_clay, may, may_press};
 
 /// What is to be sent, in order.
 type Outbox = VecDeque<Transmit>;
@@ -97,6 +108,8 @@ pub struct RoomCounts {
     pub joined: u64,
     /// Connections refused so far.
     pub refused: u64,
+    /// Requests that were not allowed to who made them, or too many.
+    pub forbidden: u64,
     /// Requests to say again what was lost.
     pub repeats: u64,
     /// Requests for keyframes.
@@ -121,8 +134,11 @@ pub struct Room {
     /// At which wheel a peer that was let in works.
     places: BTreeMap<PeerId, usize>,
     audience: Audience,
-    next_client: u16,
-    /// The wheels at which somebody is, in order: no other is visited.
+    doors: Doors,
+    people: People,
+    /// Those who wait to be let in.
+    lobby: BTreeMap<PeerId, Waiting>,
+    /// The wheels at which somebody is or something is to be done, in order: no other is visited.
     busy: Vec<usize>,
     /// The next tick to be done.
     now: Tick,
@@ -169,11 +185,13 @@ impl Room {
             benches.push(Bench::new(pot, record(wheel), config.method, config.wheel_speed, config.clay));
         }
         Ok(Self {
+            doors: Doors::new(config.code.clone()),
             config,
             benches,
             places: BTreeMap::new(),
             audience: Audience::default(),
-            next_client: 1,
+            people: People::new(),
+            lobby: BTreeMap::new(),
             busy: Vec::new(),
             now: Tick(0),
             outbox: VecDeque::new(),
@@ -182,16 +200,32 @@ impl Room {
         })
     }
 
+    /// From now on, the doors are kept as given.
+    pub fn keep_doors(&mut self, config: DoorConfig) {
+        self.doors.keep(config, self.now);
+    }
+
+    /// The room's part of the code that lets people in.
+    #[must_use]
+    pub fn code(&self) -> &str {
+        self.doors.code()
+    }
+
+    /// Everybody who was let in or waits, by number.
+    pub fn everybody(&self) -> impl Iterator<Item = PersonWire> {
+        self.people.iter().map(|(client, person)| person.wire(client, false))
+    }
+
     /// The next tick to be done.
     #[must_use]
     pub const fn now(&self) -> Tick {
         self.now
     }
 
-    /// People who are in, those who look on included.
+    /// People who are in, those who look on and those who wait included.
     #[must_use]
     pub fn people(&self) -> usize {
-        self.places.len() + self.audience.len()
+        self.places.len() + self.audience.len() + self.lobby.len()
     }
 
     /// What was counted so far.
@@ -246,10 +280,9 @@ impl Room {
     ///
     /// What cannot be answered ends with [`Lane::Close`].
     pub fn handle_control(&mut self, peer: PeerId, frame: &[u8]) {
-        let outcome = match self.places.get(&peer) {
-            None if self.audience.holds(peer) => self.answer_viewer(peer, frame),
+        let outcome = match self.people.number(peer) {
             None => self.let_in(peer, frame),
-            Some(&place) => self.answer(peer, place, frame),
+            Some(client) => self.hear(peer, client, frame),
         };
         if let Err(error) = outcome {
             self.counts.refused += 1;
@@ -261,78 +294,45 @@ impl Room {
         }
     }
 
-    fn let_in(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
-        let hello = Peer::read_greeting(frame)?;
-        if hello.code != self.config.code {
-            if self.wrong_codes.len() == WRONG_CODES_MAX {
-                self.wrong_codes.pop_front();
-            }
-            self.wrong_codes.push_back(peer);
-            return Err(Refusal::Code.into());
-        }
-        if self.people() >= usize::from(self.config.people_max) {
-            return Err(Refusal::Full { people: self.config.people_max }.into());
-        }
-        let retells = match hello.role {
-            Role::Works { retells } => retells,
-            Role::Watches { bytes_per_s } => {
-                self.seat_viewer(peer, bytes_per_s);
-                return Ok(());
-            }
-        };
-        let place = usize::from(hello.wheel).wrapping_sub(1);
-        if place >= self.benches.len() {
-            return Err(Refusal::Wheel { wheel: hello.wheel, wheels: self.config.wheels }.into());
-        }
-        let client = self.next_client;
-        self.next_client = self.next_client.wrapping_add(1).max(1);
-        self.places.insert(peer, place);
-        if let Err(at) = self.busy.binary_search(&place) {
-            self.busy.insert(at, place);
-        }
-        self.counts.joined += 1;
-        self.benches[place].seat(peer, client, retells, self.now, &mut self.outbox);
-        Ok(())
-    }
-
-    fn seat_viewer(&mut self, peer: PeerId, bytes_per_s: u32) {
-        self.counts.joined += 1;
-        self.audience.let_in(peer, bytes_per_s, self.now);
-        let spec = PotSpec { keeps_volume: self.config.method.keeps_volume(), ..self.config.pot };
-        let notice = Notice::Audience(protocol::Audience {
-            now: self.now.0,
-            wheels: self.config.wheels,
-            pot: bench::pot_wire(&spec),
-            method: self.config.method.number(),
-        });
-        self.send(peer, Lane::Control(Peer::notice(&notice)));
-    }
-
-    fn answer_viewer(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
-        match Peer::read_request(frame)? {
-            Request::Leave => {
-                self.send(peer, Lane::Close);
-                self.handle_gone(peer);
-            }
-            request => self.audience.answer(peer, &request, &mut self.benches, self.now),
-        }
-        Ok(())
-    }
-
-    fn answer(&mut self, peer: PeerId, place: usize, frame: &[u8]) -> Result<(), PeerError> {
-        let bench = &mut self.benches[place];
+    /// Hears a request.
+    fn hear(&mut self, peer: PeerId, client: u16, frame: &[u8]) -> Result<(), PeerError> {
         let request = Peer::read_request(frame)?;
+        let Some(person) = self.people.person(client) else { return Ok(()) };
+        let (role, is_waiting) = (person.role, person.is_waiting);
+        if !may(role, &request) || (is_waiting && request != Request::Leave) {
+            self.counts.forbidden += 1;
+            if matches!(request, Request::Order(_)) {
+                self.send(peer, Lane::Control(Peer::notice(&Notice::NoOrder(NoOrder::NotTeacher))));
+            }
+            return Ok(());
+        }
+        match (request, self.places.get(&peer)) {
+            (Request::Leave, _) => self.say_goodbye(peer),
+            (Request::Order(order), _) => self.order(peer, client, &order),
+            (request, Some(&place)) => self.answer(peer, role, place, request),
+            (request, None) => self.audience.answer(peer, &request, &mut self.benches, self.now),
+        }
+        Ok(())
+    }
+
+    /// Answers somebody at a wheel.
+    fn answer(&mut self, peer: PeerId, role: Role, place: usize, request: Request) {
+        let bench = &mut self.benches[place];
+        if changes_clay(&request) && role != Role::Teacher && !bench.may_press(peer) {
+            self.counts.forbidden += 1;
+            return;
+        }
         let cost = match request {
             Request::Leave => 0,
             Request::WheelSpeed { .. } | Request::Clay { .. } | Request::Retell { .. } | Request::Again { .. } => 1,
             Request::Resync { .. } | Request::Mend { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
             Request::Undo { .. } | Request::Redo { .. } | Request::NewPot { .. } => STEP_COST,
-            // for those who only look on
-            Request::Watch { .. } | Request::Unwatch { .. } => 1,
+            // for those who only look on, and those who teach
+            Request::Watch { .. } | Request::Unwatch { .. } | Request::Order(_) => 1,
         };
         if !bench.may_ask(peer, self.now, cost) {
-            return Ok(());
+            return;
         }
         match request {
             Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
@@ -356,13 +356,8 @@ impl Room {
             Request::NewPot { held, form } => {
                 bench.ask_step(peer, Step::Anew(Form::from_number(form)), held, self.now);
             }
-            Request::Watch { .. } | Request::Unwatch { .. } => {}
-            Request::Leave => {
-                self.send(peer, Lane::Close);
-                self.handle_gone(peer);
-            }
+            Request::Watch { .. } | Request::Unwatch { .. } | Request::Order(_) | Request::Leave => {}
         }
-        Ok(())
     }
 
     /// Takes in a datagram; one from a peer that was not let in is ignored.
@@ -381,10 +376,8 @@ impl Room {
 
     /// Takes in that a connection has ended; what it had sent is still pressed.
     pub fn handle_gone(&mut self, peer: PeerId) {
-        if let Some(place) = self.places.remove(&peer) {
-            self.benches[place].leave(peer);
-        }
-        self.audience.leave(peer, &mut self.benches);
+        self.let_go(peer);
+        self.people.handle_gone(peer, self.now);
     }
 
     /// Does every tick up to and with `to`.
@@ -395,17 +388,20 @@ impl Room {
             for &place in &self.busy {
                 self.benches[place].step(self.now, again, &mut self.outbox, &mut self.counts.refusals);
             }
+            if self.now.0.is_multiple_of(telling::TELL_EVERY) {
+                self.tell_people();
+            }
             if SnapshotClock::is_due(self.now) {
                 self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
             }
             self.now = self.now.next();
         }
-        self.busy.retain(|&place| !self.benches[place].is_empty());
+        self.busy.retain(|&place| self.benches[place].has_work());
     }
 
     /// Tells everybody that the studio closes.
     pub fn close(&mut self) {
-        let peers: Vec<_> = self.places.keys().copied().chain(self.audience.peers()).collect();
+        let peers: Vec<_> = self.people.iter().filter_map(|(_, person)| person.peer).collect();
         for peer in peers {
             self.send(peer, Lane::Control(Peer::notice(&Notice::Closing)));
             self.send(peer, Lane::Close);

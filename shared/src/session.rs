@@ -6,6 +6,7 @@
 
 mod allowance;
 mod assembly;
+mod class;
 mod clay;
 mod client;
 mod effort;
@@ -20,6 +21,7 @@ mod watcher;
 mod welcome;
 
 pub use allowance::Allowance;
+pub use class::{ClassEvent, ClassView, greeting};
 pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;

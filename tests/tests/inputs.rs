@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
-    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pulse, Refusal, Request, Role, Run,
+    self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pass, Pulse, Purpose, Refusal, Request, Run,
     ShapeWire, Steps,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
@@ -98,7 +98,10 @@ impl Studio {
                 }
                 Lane::Keyframe(_) => continue,
             };
-            self.said.entry(transmit.to).or_default().push(said);
+            // what is told of the lesson is another test's
+            if !matches!(said, Said::Notice(Notice::Place(_) | Notice::People { .. })) {
+                self.said.entry(transmit.to).or_default().push(said);
+            }
         }
     }
 
@@ -116,7 +119,12 @@ impl Studio {
 }
 
 fn greeting(version: u16, code: &str, wheel: u16) -> Vec<u8> {
-    let hello = protocol::encode(&Hello { code: code.into(), wheel, role: Role::Works { retells: false } });
+    let hello = protocol::encode(&Hello {
+        code: code.into(),
+        wheel,
+        purpose: Purpose::Works { retells: false },
+        pass: Pass::None,
+    });
     protocol::encode(&Greeting { magic: Greeting::MAGIC, version: version.to_le_bytes(), hello })
 }
 

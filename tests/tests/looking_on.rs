@@ -81,7 +81,7 @@ fn a_class_is_seen_at_a_glance_and_the_wheel_that_is_clicked_on_closely() {
     let config = ServerConfig { listen, wheels: 4, ..ServerConfig::default() };
     let server = runtime.block_on(async { Server::start(config) }).unwrap();
     let address = server.address().to_string();
-    let target = Target { address, code: server.code().clone(), wheel: 4 };
+    let target = Target::new(address, server.code().clone(), 4);
     let display = Display::new();
     let studio = look(&display, &target, &["gallery"]);
     until(&display, "four pots", |pixels| PARTS.iter().all(|part| clay(pixels, *part) > 3000));
@@ -124,7 +124,7 @@ fn a_wheel_that_there_is_not_is_refused_and_one_that_there_is_is_shown_alone() {
         runtime.block_on(async { Server::start(ServerConfig { listen, wheels: 2, ..ServerConfig::default() }) });
     let server = server.unwrap();
     let address = server.address().to_string();
-    let target = Target { address, code: server.code().clone(), wheel: 1 };
+    let target = Target::new(address, server.code().clone(), 1);
     let display = Display::new();
     let code = target.code.to_string();
     let studio = display.studio(&["join", &target.address, "--code", &code, "--watch", "spectator", "--wheel", "3"]);

@@ -17,7 +17,7 @@ use pottery_client::view::Link;
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_config, endpoint};
 use pottery_server::{Server, ServerConfig, ServerError, Standing};
 use pottery_shared::clay::Pot;
-use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Refusal, Request, Role};
+use pottery_shared::protocol::{self, FrameReader, Greeting, Hello, JoinCode, Notice, Pass, Purpose, Refusal, Request};
 use pottery_shared::session::{Client, ClientError};
 use pottery_shared::snapshot::{Detail, PotRecord, QUANTUM_M};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
@@ -37,7 +37,7 @@ fn config() -> ServerConfig {
 }
 
 fn target(server: &Server, wheel: u16) -> Target {
-    Target { address: server.address().to_string(), code: server.code().clone(), wheel }
+    Target::new(server.address().to_string(), server.code().clone(), wheel)
 }
 
 /// A stroke of the folder, three times as fast and from its first touch on, so that it presses at once.
@@ -273,7 +273,8 @@ async fn another_version_and_no_version_are_refused_politely() {
     let hello = protocol::encode(&Hello {
         code: server.code().room().to_owned(),
         wheel: 1,
-        role: Role::Works { retells: true },
+        purpose: Purpose::Works { retells: true },
+        pass: Pass::None,
     });
     let version = (protocol::VERSION + 1).to_le_bytes();
     let newer = protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello });
@@ -332,7 +333,7 @@ async fn another_protocol_on_either_end_is_recognised() {
             drop(incoming.await);
         }
     });
-    let (error, _) = refusal(&Target { address, code: "K7QM3XPD".parse().unwrap(), wheel: 1 }).await;
+    let (error, _) = refusal(&Target::new(address, "K7QM3XPD".parse().unwrap(), 1)).await;
     assert!(matches!(error, JoinError::NotAStudio { .. }), "{error:?}");
     assert_is_a_sentence(&error.to_string());
     accepting.abort();
@@ -342,12 +343,12 @@ async fn another_protocol_on_either_end_is_recognised() {
 async fn where_nobody_listens_the_answer_comes_in_time() {
     let closed = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let code: JoinCode = "K7QM3XPD".parse().unwrap();
-    let (error, waited) = refusal(&Target { address: closed.to_string(), code: code.clone(), wheel: 1 }).await;
+    let (error, waited) = refusal(&Target::new(closed.to_string(), code.clone(), 1)).await;
     assert!(matches!(error, JoinError::Unreachable { .. }), "{error:?}");
     assert!(waited < ms(6500), "{waited:?}");
     assert_is_a_sentence(&error.to_string());
     for address in ["127.0.0.1:99999", "[::1:4747", "studio 4", ""] {
-        let (error, waited) = refusal(&Target { address: address.into(), code: code.clone(), wheel: 1 }).await;
+        let (error, waited) = refusal(&Target::new(address.into(), code.clone(), 1)).await;
         assert!(matches!(error, JoinError::Address { .. }), "{address}: {error:?}");
         assert!(waited < ms(6500), "{address}: {waited:?}");
         assert_is_a_sentence(&error.to_string());

@@ -26,7 +26,7 @@ fn config() -> ServerConfig {
 }
 
 fn target(server: &Server, wheel: u16) -> Target {
-    Target { address: server.address().to_string(), code: server.code().clone(), wheel }
+    Target::new(server.address().to_string(), server.code().clone(), wheel)
 }
 
 /// Presses at a wheel for a while and leaves with everything confirmed.

@@ -12,9 +12,10 @@ use std::process::Command;
 
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
-    ALPN, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe,
-    MeshWire, NoStep, NoTool, Notice, PotWire, Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire,
-    Sight, SightName, StepsWire, ToolWire, VERSION, Welcome, WheelWire, encode,
+    ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello,
+    Inputs, Keyframe, MeshWire, Nickname, NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf,
+    PotWire, Presence, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire,
+    Sight, SightName, StepsWire, TeacherToken, ToolWire, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -76,12 +77,37 @@ fn greetings() -> Vec<Value> {
     };
     vec![
         greeting(
-            &Hello { code: "K7QM3XPD".into(), wheel: 2, role: Role::Works { retells: false } },
-            json!({ "code": "K7QM3XPD", "wheel": 2, "role": { "works": false } }),
+            &Hello { code: "K7QM3XPD".into(), wheel: 2, purpose: Purpose::Works { retells: false }, pass: Pass::None },
+            json!({ "code": "K7QM3XPD", "wheel": 2, "purpose": { "works": false }, "pass": "none" }),
         ),
         greeting(
-            &Hello { code: "00000000".into(), wheel: 0, role: Role::Watches { bytes_per_s: 100_000 } },
-            json!({ "code": "00000000", "wheel": 0, "role": { "watches": 100_000 } }),
+            &Hello {
+                code: String::new(),
+                wheel: 1,
+                purpose: Purpose::Works { retells: true },
+                pass: Pass::Teacher(TeacherToken([0x5a; 32])),
+            },
+            json!({ "code": "", "wheel": 1, "purpose": { "works": true }, "pass": { "teacher": "5a".repeat(32) } }),
+        ),
+        greeting(
+            &Hello {
+                code: "K7QM3XPD".into(),
+                wheel: 1,
+                purpose: Purpose::Works { retells: true },
+                pass: Pass::Resume(ResumeToken([0xc3; 16])),
+            },
+            json!({
+                "code": "K7QM3XPD", "wheel": 1, "purpose": { "works": true }, "pass": { "resume": "c3".repeat(16) }
+            }),
+        ),
+        greeting(
+            &Hello {
+                code: "00000000".into(),
+                wheel: 0,
+                purpose: Purpose::Watches { bytes_per_s: 100_000 },
+                pass: Pass::None,
+            },
+            json!({ "code": "00000000", "wheel": 0, "purpose": { "watches": 100_000 }, "pass": "none" }),
         ),
     ]
 }
@@ -103,7 +129,82 @@ fn requests() -> Vec<Value> {
         (Request::Redo { held: 250 }, json!({ "redo": 250 })),
         (Request::NewPot { held: 251, form: 3 }, json!({ "new_pot": { "held": 251, "form": 3 } })),
     ];
-    all.iter().map(|(request, value)| vector("request", &encode(request), value.clone())).collect()
+    let orders = orders().into_iter().map(|(order, value)| (Request::Order(order), json!({ "order": value })));
+    all.into_iter().chain(orders).map(|(request, value)| vector("request", &encode(&request), value)).collect()
+}
+
+fn orders() -> [(Order, Value); 14] {
+    [
+        (Order::Freeze { wheel: 0, is_frozen: true }, json!({ "freeze": [0, true] })),
+        (Order::Open { wheel: 2, is_open: false }, json!({ "open": [2, false] })),
+        (Order::WheelSpeed { wheel: 2, rpm: 80.0 }, json!({ "speed": [2, 80.0] })),
+        (Order::Clay { wheel: 2, clay: CLAY }, json!({ "clay": [2, clay()] })),
+        (Order::Seat { client: 300, wheel: 2, works: true }, json!({ "seat": [300, 2, true] })),
+        (Order::Pot { wheel: 0, of: PotOf::Form(2) }, json!({ "pot": [0, { "form": 2 }] })),
+        (Order::Pot { wheel: 0, of: PotOf::Wheel(3) }, json!({ "pot": [0, { "wheel": 3 }] })),
+        (Order::GoBack { wheel: 2, to: 70_000 }, json!({ "go_back": [2, 70_000] })),
+        (Order::TakeBack { wheel: 2 }, json!({ "take_back": 2 })),
+        (Order::Lock { is_locked: true }, json!({ "lock": true })),
+        (Order::NewCode, json!("new_code")),
+        (Order::Lobby { is_on: true }, json!({ "lobby": true })),
+        (Order::Admit { client: 7, is_admitted: false }, json!({ "admit": [7, false] })),
+        (Order::End, json!("end")),
+    ]
+}
+
+fn lesson() -> Vec<(Notice, Value)> {
+    let name = Nickname(65);
+    let place = |resume| PlaceWire { client: 7, role: Role::Student, name, wheel: 2, may_press: false, resume };
+    let person = PersonWire {
+        client: 300,
+        role: Role::Teacher,
+        name,
+        wheel: 2,
+        works: true,
+        presence: Presence::Away,
+        touching: false,
+    };
+    let said = json!({ "client": 7, "role": "student", "name": 65, "wheel": 2, "may_press": false, "resume": null });
+    let mut first = said.clone();
+    first["resume"] = json!("c3".repeat(16));
+    let class = ClassWire {
+        code: "K7QM3XPD".into(),
+        expires: Some(90_000_000),
+        is_locked: false,
+        has_lobby: true,
+        wheels: vec![WheelInfo { is_open: true, is_frozen: true, oldest: 70_000 }],
+    };
+    vec![
+        (Notice::Refused(Refusal::CodeGone), json!({ "refused": "code_gone" })),
+        (Notice::Refused(Refusal::Locked), json!({ "refused": "locked" })),
+        (Notice::Refused(Refusal::Token), json!({ "refused": "token" })),
+        (Notice::Refused(Refusal::WheelClosed { wheel: 2 }), json!({ "refused": { "wheel_closed": 2 } })),
+        (Notice::Refused(Refusal::NotAdmitted), json!({ "refused": "not_admitted" })),
+        (Notice::Waiting, json!("waiting")),
+        (Notice::Place(place(Some(ResumeToken([0xc3; 16])))), json!({ "place": first })),
+        (Notice::Place(place(None)), json!({ "place": said })),
+        (
+            Notice::People { people: vec![person], gone: vec![9, 251] },
+            json!({ "people": { "people": [{
+                "client": 300, "role": "teacher", "name": 65, "wheel": 2, "works": true, "presence": "away",
+                "touching": false,
+            }], "gone": [9, 251] } }),
+        ),
+        (
+            Notice::Class(class),
+            json!({ "class": {
+                "code": "K7QM3XPD", "expires": 90_000_000, "locked": false, "lobby": true,
+                "wheels": [[true, true, 70_000]],
+            } }),
+        ),
+        (Notice::Come { wheel: 3 }, json!({ "come": 3 })),
+        (Notice::NoOrder(NoOrder::NotTeacher), json!({ "no_order": "not_teacher" })),
+        (Notice::NoOrder(NoOrder::Wheel { wheel: 9 }), json!({ "no_order": { "wheel": 9 } })),
+        (Notice::NoOrder(NoOrder::Person { client: 9 }), json!({ "no_order": { "person": 9 } })),
+        (Notice::NoOrder(NoOrder::CannotWork), json!({ "no_order": "cannot_work" })),
+        (Notice::NoOrder(NoOrder::TooLongAgo { oldest: 7 }), json!({ "no_order": { "too_long_ago": 7 } })),
+        (Notice::NoOrder(NoOrder::NothingBack), json!({ "no_order": "nothing_back" })),
+    ]
 }
 
 fn notices() -> Vec<Value> {
@@ -144,7 +245,7 @@ fn notices() -> Vec<Value> {
         (Notice::NoStep(NoStep::NothingBack), json!({ "no_step": "back" })),
         (Notice::NoStep(NoStep::NothingForth), json!({ "no_step": "forth" })),
     ];
-    all.iter().map(|(notice, value)| vector("notice", &encode(notice), value.clone())).collect()
+    all.into_iter().chain(lesson()).map(|(notice, value)| vector("notice", &encode(&notice), value)).collect()
 }
 
 fn inputs() -> Value {

@@ -5,10 +5,11 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use pottery_shared::protocol::{
-    self, Audience, Body, CONTROL_MAX, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader, Greeting,
-    Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, NoTool, Notice, PotWire, ProtocolError,
-    Pulse, PulseHead, Refusal, Request, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, ToolWire, Welcome,
-    WheelWire,
+    self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
+    Greeting, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, Nickname, NoOrder, NoTool,
+    Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, ProtocolError, Pulse, PulseHead, Purpose,
+    Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TeacherToken, ToolWire,
+    Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -66,11 +67,58 @@ fn greeting() -> impl Strategy<Value = Greeting> {
 }
 
 fn hello() -> impl Strategy<Value = Hello> {
-    let role = prop_oneof![
-        any::<bool>().prop_map(|retells| Role::Works { retells }),
-        any::<u32>().prop_map(|bytes_per_s| Role::Watches { bytes_per_s }),
+    let purpose = prop_oneof![
+        any::<bool>().prop_map(|retells| Purpose::Works { retells }),
+        any::<u32>().prop_map(|bytes_per_s| Purpose::Watches { bytes_per_s }),
     ];
-    (text(), any::<u16>(), role).prop_map(|(code, wheel, role)| Hello { code, wheel, role })
+    let pass = prop_oneof![
+        Just(Pass::None),
+        any::<[u8; 32]>().prop_map(|bytes| Pass::Teacher(TeacherToken(bytes))),
+        any::<[u8; 16]>().prop_map(|bytes| Pass::Resume(ResumeToken(bytes))),
+    ];
+    (text(), any::<u16>(), purpose, pass).prop_map(|(code, wheel, purpose, pass)| Hello { code, wheel, purpose, pass })
+}
+
+fn order() -> impl Strategy<Value = Order> {
+    prop_oneof![
+        any::<(u16, bool)>().prop_map(|(wheel, is_frozen)| Order::Freeze { wheel, is_frozen }),
+        any::<(u16, bool)>().prop_map(|(wheel, is_open)| Order::Open { wheel, is_open }),
+        (any::<u16>(), -1e9_f32..1e9).prop_map(|(wheel, rpm)| Order::WheelSpeed { wheel, rpm }),
+        any::<(u16, u16, bool)>().prop_map(|(client, wheel, works)| Order::Seat { client, wheel, works }),
+        any::<(u16, u8)>().prop_map(|(wheel, form)| Order::Pot { wheel, of: PotOf::Form(form) }),
+        any::<(u16, u16)>().prop_map(|(wheel, from)| Order::Pot { wheel, of: PotOf::Wheel(from) }),
+        any::<(u16, u64)>().prop_map(|(wheel, to)| Order::GoBack { wheel, to }),
+        any::<u16>().prop_map(|wheel| Order::TakeBack { wheel }),
+        any::<bool>().prop_map(|is_locked| Order::Lock { is_locked }),
+        any::<bool>().prop_map(|is_on| Order::Lobby { is_on }),
+        any::<(u16, bool)>().prop_map(|(client, is_admitted)| Order::Admit { client, is_admitted }),
+        Just(Order::NewCode),
+        Just(Order::End),
+    ]
+}
+
+fn person() -> impl Strategy<Value = PersonWire> {
+    let role = prop_oneof![Just(Role::Teacher), Just(Role::Student), Just(Role::Guest)];
+    let presence = prop_oneof![Just(Presence::Here), Just(Presence::Away), Just(Presence::Waiting)];
+    (any::<(u16, u16, u16, bool, bool)>(), role, presence).prop_map(
+        |((client, name, wheel, works, touching), role, presence)| PersonWire {
+            client,
+            role,
+            name: Nickname(name),
+            wheel,
+            works,
+            presence,
+            touching,
+        },
+    )
+}
+
+fn class() -> impl Strategy<Value = ClassWire> {
+    let wheel =
+        any::<(bool, bool, u64)>().prop_map(|(is_open, is_frozen, oldest)| WheelInfo { is_open, is_frozen, oldest });
+    (text(), any::<(Option<u64>, bool, bool)>(), prop::collection::vec(wheel, 0..40)).prop_map(
+        |(code, (expires, is_locked, has_lobby), wheels)| ClassWire { code, expires, is_locked, has_lobby, wheels },
+    )
 }
 
 fn clay() -> impl Strategy<Value = ClayWire> {
@@ -89,6 +137,7 @@ fn request() -> impl Strategy<Value = Request> {
         mesh().prop_map(|mesh| Request::Tool { mesh }),
         Just(Request::Leave),
         (any::<u32>(), bytes(1200)).prop_map(|(have, tiles)| Request::Mend { have, tiles }),
+        order().prop_map(Request::Order),
     ]
 }
 
@@ -110,6 +159,11 @@ fn refusal() -> impl Strategy<Value = Refusal> {
         any::<(u16, u16)>().prop_map(|(wheel, wheels)| Refusal::Wheel { wheel, wheels }),
         any::<u16>().prop_map(|people| Refusal::Full { people }),
         Just(Refusal::Greeting),
+        Just(Refusal::CodeGone),
+        Just(Refusal::Locked),
+        Just(Refusal::Token),
+        any::<u16>().prop_map(|wheel| Refusal::WheelClosed { wheel }),
+        Just(Refusal::NotAdmitted),
     ]
 }
 
@@ -152,6 +206,18 @@ fn notice() -> impl Strategy<Value = Notice> {
         any::<u16>().prop_map(|brought| Notice::NoTool(NoTool::Full { brought })),
         Just(Notice::NoTool(NoTool::Unsound)),
         Just(Notice::Closing),
+        Just(Notice::Waiting),
+        (person(), any::<(bool, Option<[u8; 16]>)>()).prop_map(|(person, (may_press, resume))| {
+            let PersonWire { client, role, name, wheel, .. } = person;
+            let resume = resume.map(ResumeToken);
+            Notice::Place(PlaceWire { client, role, name, wheel, may_press, resume })
+        }),
+        (prop::collection::vec(person(), 0..40), prop::collection::vec(any::<u16>(), 0..40))
+            .prop_map(|(people, gone)| Notice::People { people, gone }),
+        class().prop_map(Notice::Class),
+        any::<u16>().prop_map(|wheel| Notice::Come { wheel }),
+        any::<u16>().prop_map(|client| Notice::NoOrder(NoOrder::Person { client })),
+        any::<u64>().prop_map(|oldest| Notice::NoOrder(NoOrder::TooLongAgo { oldest })),
     ]
 }
 

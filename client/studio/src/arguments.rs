@@ -15,7 +15,7 @@ use pottery_client::stroke::Stroke;
 use pottery_client::{Claim, Core, Link, LoopRate, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
-use pottery_shared::protocol::JoinCode;
+use pottery_shared::protocol::{JoinCode, TeacherToken};
 use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
@@ -224,6 +224,9 @@ struct JoinFlags {
     /// Look on instead of working: at all wheels as small pictures, or closely at one
     #[arg(long, value_enum, value_name = "DETAIL", conflicts_with = "record")]
     watch: Option<WatchName>,
+    /// Teach there: the token that the server showed when it first started; a teacher needs no code that is still good
+    #[arg(long, value_name = "TOKEN", env = "POTTERY_TEACHER_TOKEN", hide_env_values = true)]
+    teacher_token: Option<TeacherToken>,
     /// Record the own stroke to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -463,9 +466,10 @@ impl JoinFlags {
             let code = self.code.clone();
             let code =
                 code.context("the studio's code is missing: give --code and what the host shows, or the whole link")?;
-            Target { address: self.address.clone(), code, wheel: 1 }
+            Target::new(self.address.clone(), code, 1)
         };
-        Ok(Target { wheel: self.wheel.unwrap_or(target.wheel), ..target })
+        let teacher = self.teacher_token.or(target.teacher);
+        Ok(Target { wheel: self.wheel.unwrap_or(target.wheel), teacher, ..target })
     }
 }
 

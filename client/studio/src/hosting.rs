@@ -34,7 +34,12 @@ impl Studio {
             ip if ip.is_unspecified() => IpAddr::from([127, 0, 0, 1]),
             ip => ip,
         };
-        Target { address: SocketAddr::new(ip, port).to_string(), code: self.server().code().clone(), wheel: 1 }
+        Target::new(SocketAddr::new(ip, port).to_string(), self.server().code().clone(), 1)
+    }
+
+    /// The same for whoever hosts, who teaches.
+    pub(crate) fn teachers_target(&self) -> Target {
+        Target { teacher: self.server().teacher_token().copied(), ..self.target() }
     }
 
     /// The address that people on the same network type.

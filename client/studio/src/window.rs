@@ -90,7 +90,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let (target, invitation) = match (&session.place, &studio) {
         (Place::Joined(target), _) => (target.clone(), None),
         (Place::Hosted(_), Some(studio)) => {
-            let target = studio.target();
+            let target = studio.teachers_target();
             let invitation = Invitation::new(studio.public_address(), &target.code);
             (target, Some(invitation))
         }

@@ -38,7 +38,13 @@ impl JoinCode {
     /// The code of the room that 40 random bits name, on the server with this certificate.
     #[must_use]
     pub fn new(random: [u8; 5], certificate_sha256: &[u8; 32]) -> Self {
-        Self { room: base32(&random).collect(), print: None }.on_server(certificate_sha256)
+        Self { room: Self::room_of(random), print: None }.on_server(certificate_sha256)
+    }
+
+    /// The room's part of the code that 40 random bits name.
+    #[must_use]
+    pub fn room_of(random: [u8; 5]) -> String {
+        base32(&random).collect()
     }
 
     /// The same room on the server with this certificate.
@@ -62,7 +68,7 @@ impl JoinCode {
 }
 
 /// Characters of five bits each, highest first.
-fn base32(bytes: &[u8]) -> impl Iterator<Item = char> + '_ {
+pub(super) fn base32(bytes: &[u8]) -> impl Iterator<Item = char> + '_ {
     (0..bytes.len() * 8 / 5).map(move |at| {
         let value = (0..5).fold(0_usize, |value, bit| {
             let bit = at * 5 + bit;
@@ -70,6 +76,16 @@ fn base32(bytes: &[u8]) -> impl Iterator<Item = char> + '_ {
         });
         char::from(ALPHABET[value])
     })
+}
+
+/// The value of a character, also of one that was mistaken for another.
+pub(super) fn digit(character: char) -> Option<usize> {
+    let upper = match character.to_ascii_uppercase() {
+        'I' | 'L' => '1',
+        'O' => '0',
+        other => other,
+    };
+    ALPHABET.iter().position(|&known| char::from(known) == upper)
 }
 
 impl fmt::Display for JoinCode {
@@ -91,13 +107,7 @@ impl FromStr for JoinCode {
     fn from_str(text: &str) -> Result<Self, JoinCodeError> {
         let mut digits = alloc::vec::Vec::with_capacity(ROOM_LENGTH + PRINT_LENGTH);
         for character in text.chars().filter(|character| !matches!(character, '-' | ' ')) {
-            let upper = match character.to_ascii_uppercase() {
-                'I' | 'L' => '1',
-                'O' => '0',
-                other => other,
-            };
-            let digit = ALPHABET.iter().position(|&known| char::from(known) == upper);
-            digits.push(digit.ok_or(JoinCodeError::Character(character))?);
+            digits.push(digit(character).ok_or(JoinCodeError::Character(character))?);
         }
         if digits.len() != ROOM_LENGTH && digits.len() != ROOM_LENGTH + PRINT_LENGTH {
             return Err(JoinCodeError::Length(digits.len()));

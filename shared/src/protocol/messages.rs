@@ -7,7 +7,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use bincode::{Decode, Encode};
 
-use super::Steps;
+use super::{ClassWire, NoOrder, Order, Pass, PersonWire, PlaceWire, Steps};
 
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
@@ -32,13 +32,15 @@ pub struct Hello {
     pub code: String,
     /// Number of the wheel to work at, from 1; without meaning for who watches.
     pub wheel: u16,
-    /// As what.
-    pub role: Role,
+    /// To do what.
+    pub purpose: Purpose,
+    /// What it shows beside the code.
+    pub pass: Pass,
 }
 
-/// As what somebody comes.
+/// What somebody comes for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub enum Role {
+pub enum Purpose {
     /// To work at a wheel.
     Works {
         /// Whether the client presses again what was pressed, and so wants transcripts and no deltas.
@@ -131,6 +133,8 @@ pub enum Request {
         /// The number of a form, [`Form::number`](crate::clay::Form::number); any other for the clay with which the wheel began.
         form: u8,
     },
+    /// What a teacher orders.
+    Order(Order),
 }
 
 /// Why there is no step back or forth.
@@ -186,6 +190,24 @@ pub enum Refusal {
     /// Not a greeting of this protocol.
     #[error("the server did not understand the greeting; is it a pottery studio of this version?")]
     Greeting,
+    /// A code that was good before.
+    #[error("that code is no longer good: it has expired or was replaced; ask for the new one")]
+    CodeGone,
+    /// Nobody comes in now.
+    #[error("the studio is locked: its teacher lets nobody in at the moment")]
+    Locked,
+    /// A teacher's token of another studio, or none at all.
+    #[error("that is no teacher's token of this studio; it was shown once, when the server first started")]
+    Token,
+    /// A wheel that is closed.
+    #[error("wheel {wheel} is closed at the moment; choose another")]
+    WheelClosed {
+        /// The wheel asked for.
+        wheel: u16,
+    },
+    /// A teacher has not let this client in.
+    #[error("the teacher has not let you in")]
+    NotAdmitted,
 }
 
 /// Why a tool does not hang in the rack.
@@ -320,6 +342,26 @@ pub enum Notice {
     Steps(StepsWire),
     /// What this client wanted to undo or redo, it cannot.
     NoStep(NoStep),
+    /// Wait: a teacher will let this client in, or not.
+    Waiting,
+    /// Where this client is.
+    Place(PlaceWire),
+    /// People that are new or otherwise than they were told of, and numbers of those who are gone.
+    People {
+        /// Those.
+        people: Vec<PersonWire>,
+        /// Their numbers.
+        gone: Vec<u16>,
+    },
+    /// The lesson, for teachers.
+    Class(ClassWire),
+    /// This client has another place now: it is to come back, with what it was given for that.
+    Come {
+        /// The number of the wheel, from 1.
+        wheel: u16,
+    },
+    /// What this client ordered was not done.
+    NoOrder(NoOrder),
 }
 
 /// A tool and how it is turned.

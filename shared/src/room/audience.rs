@@ -97,16 +97,8 @@ impl Audience {
         self.viewers.len()
     }
 
-    pub(super) fn peers(&self) -> impl Iterator<Item = PeerId> {
-        self.viewers.keys().copied()
-    }
-
     pub(super) const fn refused(&self) -> u64 {
         self.refused
-    }
-
-    pub(super) fn holds(&self, peer: PeerId) -> bool {
-        self.viewers.contains_key(&peer)
     }
 
     pub(super) fn let_in(&mut self, peer: PeerId, bytes_per_s: u32, now: Tick) {

@@ -3,11 +3,13 @@
 //! Owns the authoritative clay; who may come to it is the room's affair.
 //! Invariant: each snapshot holds exactly the samples below the numbers acknowledged with it.
 
+mod holding;
 mod stepping;
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
+use self::holding::Hold;
 use self::stepping::Wish;
 use super::history::{History, Setting};
 use super::journal::{Happening, Journal, WheelState};
@@ -47,6 +49,8 @@ struct Seat {
     peer: Peer,
     /// Whether the client presses again what was pressed.
     retells: bool,
+    /// Whether it is to press, and not to look on.
+    works: bool,
     /// What it missed and asked for: everything newer than this version.
     again_from: Option<Version>,
     /// Gone, but with samples still to be pressed.
@@ -92,6 +96,7 @@ pub(super) struct Bench {
     /// The tools that people brought, with their numbers in the rack.
     brought: Vec<(u8, MeshWire)>,
     seats: BTreeMap<PeerId, Seat>,
+    hold: Hold,
     /// The latest ones, oldest first.
     ways: VecDeque<Way>,
     pulses: u64,
@@ -149,6 +154,7 @@ impl Bench {
             untold_clay: None,
             brought: Vec::new(),
             seats: BTreeMap::new(),
+            hold: Hold::default(),
             ways: VecDeque::new(),
             pulses: 0,
             told_of: [Version(0); 2],
@@ -215,8 +221,9 @@ impl Bench {
     /// Gives a new peer its place, its welcome and the clay as it is.
     pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
         let (peer_state, told_steps) = (Peer::default(), StepsWire::default());
+        let (again_from, leaving) = (None, false);
         let seat =
-            Seat { client, peer: peer_state, retells, again_from: None, leaving: false, told_steps, is_new: true };
+            Seat { client, peer: peer_state, retells, works: true, again_from, leaving, told_steps, is_new: true };
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -424,15 +431,10 @@ impl Bench {
         outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
 
-    /// Whether nobody is here, so that a tick does nothing.
-    pub(super) fn is_empty(&self) -> bool {
-        self.seats.is_empty()
-    }
-
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
     /// those who have undone some.
     pub(super) fn step(&mut self, tick: Tick, again: u32, outbox: &mut Outbox, gone: &mut Refusals) {
-        if self.seats.is_empty() {
+        if !self.has_work() {
             return;
         }
         for _ in 0..CATCH_UP_MAX {
@@ -472,7 +474,7 @@ impl Bench {
         for (&peer, seat) in &mut self.seats {
             if let Some(sample) = seat.peer.take_due(tick) {
                 any_due = true;
-                if self.history.is_undone(seat.client, sample.tick) {
+                if !self.hold.counts(seat) || self.history.is_undone(seat.client, sample.tick) {
                     continue;
                 }
                 let before = seat.peer.last_sample().filter(|before| sample.follows(before)).copied();

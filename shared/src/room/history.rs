@@ -6,12 +6,14 @@
 
 mod log;
 mod marks;
+mod recall;
 mod remake;
 mod strokes;
 
 use self::log::Log;
 pub(super) use self::log::Setting;
 use self::marks::{Marks, Place};
+use self::recall::Recall;
 use self::remake::Remake;
 use self::strokes::Strokes;
 use crate::clay::{Conditions, Form, Pot, SubStep, Surface};
@@ -30,6 +32,15 @@ pub(super) enum Step {
     Anew(Option<Form>),
 }
 
+/// Clay that somebody wants on the wheel.
+#[derive(Debug)]
+enum Anew {
+    /// New clay of a form, or that with which the wheel began.
+    Form(Option<Form>),
+    /// This.
+    Clay(KeptClay),
+}
+
 /// The history of one wheel.
 #[derive(Debug)]
 pub(super) struct History {
@@ -40,9 +51,11 @@ pub(super) struct History {
     /// Tiles that changed since the newest mark, while nothing is made again.
     since_mark: Touched,
     remake: Option<Remake>,
-    /// The clay with which the wheel began, and who wants new clay at the next snapshot, of which form.
+    /// Clay of an earlier time, on its way.
+    recall: Option<Recall>,
+    /// The clay with which the wheel began, and who wants other clay at the next snapshot, and which.
     first: KeptClay,
-    anew: Option<(u16, Option<Form>)>,
+    anew: Option<(u16, Anew)>,
     /// Where the clay has to be made again from, once what is being made is done.
     again_from: Option<u64>,
     /// Samples pressed again so far.
@@ -61,6 +74,7 @@ impl History {
             log: Log::new(),
             first: marks.newest().clay.clone(),
             anew: None,
+            recall: None,
             marks,
             since_mark: Touched::none(pot.surfaces().iter().map(Surface::shape)),
             remake: None,
@@ -116,7 +130,7 @@ impl History {
     /// [`NoStep`] when there is none.
     pub(super) fn step(&mut self, step: Step, client: u16, held: Tick, pot: &Pot) -> Result<(), NoStep> {
         let span = match step {
-            Step::Back if self.anew.is_some_and(|(who, _)| who == client) => {
+            Step::Back if self.anew.as_ref().is_some_and(|(who, _)| *who == client) => {
                 // not there yet
                 self.anew = None;
                 return Ok(());
@@ -124,10 +138,14 @@ impl History {
             Step::Back => self.strokes.undo(client, held)?,
             Step::Forth => self.strokes.redo(client)?,
             Step::Anew(form) => {
-                self.anew = Some((client, form));
+                self.anew = Some((client, Anew::Form(form)));
                 return Ok(());
             }
         };
+        if let Some(recall) = &mut self.recall {
+            // what it was made of may be undone now
+            recall.restart();
+        }
         match &self.remake {
             Some(remake) if remake.span() >= span => {
                 // what is being made is shown first, so that steps without end keep nobody from theirs
@@ -149,9 +167,9 @@ impl History {
         self.remake = Some(Remake::starting_from(pot, mark.conditions.clone(), mark.place.span));
     }
 
-    /// Presses so many samples again, and no more than those of a sub-step beyond.
-    pub(super) fn go_on(&mut self, substep: &mut SubStep, samples: u32, now: Tick) {
-        let Some(remake) = &mut self.remake else { return };
+    /// Presses so many samples again, and no more than those of a sub-step beyond; `pot` is the wheel's.
+    pub(super) fn go_on(&mut self, substep: &mut SubStep, pot: &Pot, samples: u32, now: Tick) {
+        let Some(remake) = &mut self.remake else { return self.recall_on(substep, pot, samples) };
         let mut left = samples;
         while left > 0 {
             let work = remake.go_on(&self.log, &self.strokes, substep, left);
@@ -171,12 +189,17 @@ impl History {
     /// made again if it has come to here, or what somebody puts there.
     pub(super) fn end_span(&mut self, tick: Tick, pot: &Pot) -> Option<Pot> {
         let remade = self.take_remade(tick);
-        let Some((client, form)) = self.anew.take() else { return remade };
+        let Some((client, anew)) = self.anew.take() else { return remade };
         let mut pot = remade.unwrap_or_else(|| pot.clone());
-        // a specification that made the wheel's pot makes a form's as well
-        let formed = form.and_then(|form| form.of_clay_of(*pot.spec()).ok());
-        let new = formed.map_or_else(|| self.first.clone(), |formed| KeptClay::of(&formed));
-        let span = self.log.put(Setting::Put(client, tick, new.clone()));
+        let new = match anew {
+            Anew::Clay(clay) => clay,
+            Anew::Form(form) => {
+                // a specification that made the wheel's pot makes a form's as well
+                let formed = form.and_then(|form| form.of_clay_of(*pot.spec()).ok());
+                formed.map_or_else(|| self.first.clone(), |formed| KeptClay::of(&formed))
+            }
+        };
+        let span = self.log.put(Setting::Put(client, tick, new.clone()), tick);
         self.strokes.note_put(client, tick, span);
         new.lay_on(&mut pot, &mut self.since_mark);
         Some(pot)
@@ -203,7 +226,7 @@ impl History {
 
     /// Takes in that a snapshot was taken: keeps its clay if it is time, and forgets what is too old or too much.
     pub(super) fn note_snapshot(&mut self, pot: &Pot, conditions: &Conditions, now: Tick) {
-        if self.is_remaking() {
+        if self.is_remaking() || self.recall.is_some() {
             return;
         }
         let span = self.log.open_number();

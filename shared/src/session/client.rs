@@ -15,11 +15,11 @@ use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
 use super::welcome::{conditions_of, pot_of, remote_tool};
-use super::{BringError, mesh_of, runs, tool_of, with_one_more};
+use super::{BringError, ClassEvent, ClassView, greeting, mesh_of, runs, tool_of, with_one_more};
 use crate::clay::{Conditions, Form, Pot, SubStep};
 use crate::prediction::{Correction, Patch, Predictor};
 use crate::protocol::{
-    self, Greeting, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice, Pulse, Refusal, Request, Role, StepsWire,
+    self, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice, Pass, Pulse, Purpose, Refusal, Request, StepsWire,
 };
 use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
 use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
@@ -31,6 +31,9 @@ pub enum ClientError {
     /// The server does not let the client in.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// Nothing is wrong yet: a teacher will let the client in, or not.
+    #[error("the teacher has not let you in yet")]
+    Waiting,
     /// The server says what no server of this version says.
     #[error("the server's answer makes no sense ({0}); is it a pottery studio of this version?")]
     Protocol(#[from] protocol::ProtocolError),
@@ -64,6 +67,8 @@ pub enum ClientEvent {
     Steps,
     /// What was to be undone or redone cannot be.
     NoStep(NoStep),
+    /// Something of the lesson was told; [`Client::class`] has it.
+    Class(ClassEvent),
     /// The server stops.
     Closing,
 }
@@ -124,6 +129,7 @@ pub struct Client {
     /// Notices heard, those before the welcome included.
     told: u32,
     counts: StepCounts,
+    class: ClassView,
 }
 
 /// That newer clay is known of than can be come to.
@@ -162,10 +168,8 @@ impl Client {
     /// the bytes that changed tiles do, and time.
     #[must_use]
     pub fn greeting(code: &str, wheel: u16, retells: bool) -> Vec<u8> {
-        let role = Role::Works { retells };
-        let hello = protocol::encode(&Hello { code: String::from(code), wheel, role });
-        let version = protocol::VERSION.to_le_bytes();
-        protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
+        let purpose = Purpose::Works { retells };
+        greeting(&Hello { code: String::from(code), wheel, purpose, pass: Pass::None })
     }
 
     /// The session that the server's first frame opens.
@@ -178,6 +182,7 @@ impl Client {
         let welcome = match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(answer)? {
             Notice::Welcome(welcome) => welcome,
             Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::Waiting => return Err(ClientError::Waiting),
             _ => return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into()),
         };
         let pot = pot_of(&welcome.pot, welcome.method).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
@@ -222,6 +227,7 @@ impl Client {
             effort: Effort::default(),
             told: welcome.told,
             counts: StepCounts::default(),
+            class: ClassView::default(),
         })
     }
 
@@ -229,6 +235,12 @@ impl Client {
     #[must_use]
     pub const fn number(&self) -> u16 {
         self.number
+    }
+
+    /// What it knows of the lesson.
+    #[must_use]
+    pub const fn class(&self) -> &ClassView {
+        &self.class
     }
 
     /// The confirmed clay.
@@ -358,10 +370,10 @@ impl Client {
         self.changed.clear();
     }
 
-    /// Takes in one of the client's own samples; false when it was dropped, since it is not later than the last one
-    /// or too many are unacknowledged.
+    /// Takes in one of the client's own samples; false when it was dropped, since it would not count, is not later than the
+    /// last one, or too many are unacknowledged.
     pub fn handle_sample(&mut self, sample: ToolSample) -> bool {
-        let can_take = self.predictor.can_take(&sample);
+        let can_take = self.class.may_press() && self.predictor.can_take(&sample);
         if can_take {
             self.predictor.handle_sample(sample, &self.conditions, &mut self.changed);
         }
@@ -396,9 +408,10 @@ impl Client {
             Notice::NoStep(reason) => self.events.push_back(ClientEvent::NoStep(reason)),
             Notice::Closing => self.events.push_back(ClientEvent::Closing),
             Notice::Refused(refusal) => return Err(refusal.into()),
-            Notice::Welcome(_) | Notice::Audience(_) => {
+            Notice::Welcome(_) | Notice::Audience(_) | Notice::Waiting => {
                 return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into());
             }
+            notice => self.events.extend(self.class.handle(notice).map(ClientEvent::Class)),
         }
         Ok(())
     }

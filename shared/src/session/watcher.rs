@@ -10,9 +10,9 @@ use core::time::Duration;
 
 use super::assembly::{Assembly, Step, Traveller};
 use super::welcome::{pot_of, remote_tool};
-use super::{ClientError, RemoteTool};
+use super::{ClassView, ClientError, RemoteTool, greeting};
 use crate::clay::{Phase, Pot, PotSpec, Surface, Wheel};
-use crate::protocol::{self, Body, Greeting, Hello, Keyframe, Notice, Request, Role, Sight, SightName};
+use crate::protocol::{self, Body, Hello, Keyframe, Notice, Pass, Purpose, Request, Sight, SightName};
 use crate::snapshot::{Detail, Replica, SnapshotError, Touched, Version};
 use crate::units::Tick;
 
@@ -197,6 +197,7 @@ pub struct Watcher {
     control: VecDeque<Vec<u8>>,
     /// Of sights that are no longer watched.
     before: WatchCounts,
+    class: ClassView,
     is_closing: bool,
 }
 
@@ -204,10 +205,8 @@ impl Watcher {
     /// The first frame to send, by one who wants no more than so many bytes a second for long.
     #[must_use]
     pub fn greeting(code: &str, bytes_per_s: u32) -> Vec<u8> {
-        let role = Role::Watches { bytes_per_s };
-        let hello = protocol::encode(&Hello { code: String::from(code), wheel: 0, role });
-        let version = protocol::VERSION.to_le_bytes();
-        protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
+        let purpose = Purpose::Watches { bytes_per_s };
+        greeting(&Hello { code: String::from(code), wheel: 0, purpose, pass: Pass::None })
     }
 
     /// The session that the server's first frame opens.
@@ -218,6 +217,7 @@ impl Watcher {
         let audience = match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(answer)? {
             Notice::Audience(audience) => audience,
             Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::Waiting => return Err(ClientError::Waiting),
             _ => return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into()),
         };
         let pot =
@@ -229,6 +229,7 @@ impl Watcher {
             places: BTreeMap::new(),
             control: VecDeque::new(),
             before: WatchCounts::default(),
+            class: ClassView::default(),
             is_closing: false,
         })
     }
@@ -237,6 +238,12 @@ impl Watcher {
     #[must_use]
     pub const fn wheels(&self) -> u16 {
         self.wheels
+    }
+
+    /// What it knows of the lesson.
+    #[must_use]
+    pub const fn class(&self) -> &ClassView {
+        &self.class
     }
 
     /// Whether the server has said that it stops.
@@ -327,7 +334,10 @@ impl Watcher {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
             Notice::Closing => self.is_closing = true,
             Notice::Refused(refusal) => return Err(refusal.into()),
-            _ => return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into()),
+            notice => {
+                let known = self.class.handle(notice);
+                known.ok_or(protocol::ProtocolError::Malformed { bytes: frame.len() })?;
+            }
         }
         Ok(())
     }

@@ -211,7 +211,7 @@ impl Person {
     /// Joins; the time it takes runs from the moment at which it was due.
     async fn come(&self, due: Duration) -> Option<Stay> {
         let studio = &self.studio;
-        let target = Target { address: studio.address.clone(), code: studio.code.clone(), wheel: self.subject.0 };
+        let target = Target::new(studio.address.clone(), studio.code.clone(), self.subject.0);
         let greeting = match self.subject.1 {
             None => Client::greeting(studio.code.room(), self.subject.0, true),
             Some(_) => Watcher::greeting(studio.code.room(), WATCH_BYTES_PER_S),

@@ -377,6 +377,7 @@ impl App {
         self.panel.device = found.unwrap_or_else(|| self.held.name.to_owned());
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some(self.panel.words.say("closed")),
+            (Link::ComingBack(_), _) => Some(self.panel.words.say("coming-back")),
             (Link::Lost(reason), _) => Some(reason.clone()),
             (Link::Open, _) if self.panel.is_force_off => Some(self.panel.words.say("force-is-off")),
             (Link::Open, fault) => monitor

@@ -56,7 +56,7 @@ impl Bench {
                     .push_back(Transmit { to: wish.peer, lane: Lane::Control(Peer::notice(&Notice::NoStep(reason))) });
             }
         }
-        self.history.go_on(&mut self.substep, samples + 2 * self.pressed_in_tick, tick);
+        self.history.go_on(&mut self.substep, &self.pot, samples + 2 * self.pressed_in_tick, tick);
         self.pressed_in_tick = 0;
     }
 

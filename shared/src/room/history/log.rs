@@ -78,6 +78,8 @@ struct Packed {
     bytes: Vec<u8>,
     airs: Vec<u16>,
     since: Tick,
+    /// When it was packed.
+    ends: Tick,
     /// Samples in the log before it.
     before: u64,
     /// Whether a snapshot was taken at its end.
@@ -158,20 +160,21 @@ impl Log {
     /// Packs the open span, if anything was pressed in it, at a tick and perhaps in a snapshot.
     pub(super) fn close(&mut self, now: Tick, in_snapshot: bool) {
         if self.open.transcript.pressed() > 0 {
-            self.pack(in_snapshot);
+            self.pack(now, in_snapshot);
         } else if in_snapshot && let Some(last) = self.packed.back_mut() {
             last.ends_in_snapshot = true;
         }
         self.since = now;
     }
 
-    fn pack(&mut self, in_snapshot: bool) {
+    fn pack(&mut self, now: Tick, in_snapshot: bool) {
         let transcript = core::mem::take(&mut self.open.transcript);
         let packed = Packed {
             settings: core::mem::take(&mut self.open.settings),
             bytes: transcript.encode(self.since),
             airs: core::mem::take(&mut self.open.airs),
             since: self.since,
+            ends: now,
             before: self.before,
             ends_in_snapshot: in_snapshot,
         };
@@ -181,9 +184,9 @@ impl Log {
     }
 
     /// Notes, at a snapshot, that other clay was put on the wheel; says in which span, in which there is nothing else.
-    pub(super) fn put(&mut self, put: Setting) -> u64 {
+    pub(super) fn put(&mut self, put: Setting, now: Tick) -> u64 {
         self.open.settings.push(put);
-        self.pack(true);
+        self.pack(now, true);
         self.open_number() - 1
     }
 
@@ -203,9 +206,23 @@ impl Log {
         self.packed(number).is_some_and(|packed| packed.ends_in_snapshot)
     }
 
+    /// The tick at which a whole span begins.
+    pub(super) fn since(&self, number: u64) -> Option<Tick> {
+        self.packed(number).map(|packed| packed.since)
+    }
+
     /// Samples pressed before a span, since the wheel began.
     pub(super) fn pressed_before(&self, number: u64) -> u64 {
         self.packed(number).map_or(self.before, |packed| packed.before)
+    }
+
+    /// The first span that is not in the newest snapshot at or before a tick.
+    pub(super) fn after(&self, tick: Tick) -> u64 {
+        let mut at = self.packed.partition_point(|packed| packed.ends <= tick);
+        while at > 0 && !self.packed[at - 1].ends_in_snapshot {
+            at -= 1;
+        }
+        self.first + at as u64
     }
 
     /// Forgets the spans before one.

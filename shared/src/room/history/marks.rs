@@ -58,6 +58,17 @@ impl Marks {
         self.0.back().expect("there is always one")
     }
 
+    /// The newest in which nothing of a span is, or the oldest.
+    pub(super) fn before(&self, span: u64) -> &Mark {
+        let at = self.0.partition_point(|mark| mark.place.span <= span);
+        &self.0[at.saturating_sub(1)]
+    }
+
+    /// The oldest.
+    pub(super) fn oldest(&self) -> &Mark {
+        &self.0[0]
+    }
+
     /// Drops those behind the beginning of a span.
     pub(super) fn drop_behind(&mut self, span: u64) {
         let keep = self.0.partition_point(|mark| mark.place.span <= span);

@@ -48,6 +48,11 @@ impl Remake {
         Self { pot, conditions, unrounded, since_mark, span, sub_step: 0, settings: 0, unpacked: None }
     }
 
+    /// The pot as it is so far.
+    pub(super) const fn pot(&self) -> &Pot {
+        &self.pot
+    }
+
     /// The pot, and in which tiles it differs from the newest mark at most.
     pub(super) fn finish(self) -> (Pot, Touched) {
         (self.pot, self.since_mark)

@@ -35,7 +35,7 @@ struct Modules {
 
 impl Invitation {
     pub(in crate::window) fn new(address: SocketAddr, code: &JoinCode) -> Self {
-        let target = Target { address: address.to_string(), code: code.clone(), wheel: 1 };
+        let target = Target::new(address.to_string(), code.clone(), 1);
         let link = Link(target).to_string();
         // a link is short enough for any code; without one there is still the link
         let qr = QrCode::new(&link).ok().map(|code| Modules {

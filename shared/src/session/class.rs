@@ -1,0 +1,94 @@
+//! What a client knows of the lesson: its own place, the people, and, when it teaches, doors and wheels.
+//!
+//! Owns what was told and the greeting; asks for nothing by itself.
+//! Invariant: the people are those of the last notice, and nobody is in it twice.
+
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+
+use crate::protocol::{self, ClassWire, Greeting, Hello, NoOrder, Notice, PersonWire, PlaceWire, ResumeToken};
+
+/// What a client of this kind greets with.
+#[must_use]
+pub fn greeting(hello: &Hello) -> Vec<u8> {
+    let (version, hello) = (protocol::VERSION.to_le_bytes(), protocol::encode(hello));
+    protocol::frame(&protocol::encode(&Greeting { magic: Greeting::MAGIC, version, hello }))
+}
+
+/// Something of the lesson that a client was told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClassEvent {
+    /// Where it is, or whether what it presses counts.
+    Place,
+    /// Who is here.
+    People,
+    /// How the doors and the wheels stand.
+    Class,
+    /// It is to come back, and will find another wheel.
+    Come,
+    /// What it ordered was not done.
+    NoOrder(NoOrder),
+}
+
+/// The lesson as a client knows it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ClassView {
+    place: Option<PlaceWire>,
+    resume: Option<ResumeToken>,
+    people: BTreeMap<u16, PersonWire>,
+    class: Option<ClassWire>,
+}
+
+impl ClassView {
+    /// Takes in a notice; says what it tells of the lesson, if anything.
+    pub(super) fn handle(&mut self, notice: Notice) -> Option<ClassEvent> {
+        match notice {
+            Notice::Place(place) => {
+                self.resume = place.resume.or(self.resume);
+                self.place = Some(place);
+                Some(ClassEvent::Place)
+            }
+            Notice::People { people, gone } => {
+                self.people.retain(|client, _| !gone.contains(client));
+                self.people.extend(people.into_iter().map(|person| (person.client, person)));
+                Some(ClassEvent::People)
+            }
+            Notice::Class(class) => {
+                self.class = Some(class);
+                Some(ClassEvent::Class)
+            }
+            Notice::Come { .. } => Some(ClassEvent::Come),
+            Notice::NoOrder(reason) => Some(ClassEvent::NoOrder(reason)),
+            _ => None,
+        }
+    }
+
+    /// Where it is, once it was told.
+    #[must_use]
+    pub const fn place(&self) -> Option<&PlaceWire> {
+        self.place.as_ref()
+    }
+
+    /// With what it comes back.
+    #[must_use]
+    pub const fn resume(&self) -> Option<&ResumeToken> {
+        self.resume.as_ref()
+    }
+
+    /// Whether what it presses counts.
+    #[must_use]
+    pub fn may_press(&self) -> bool {
+        self.place.as_ref().is_none_or(|place| place.may_press)
+    }
+
+    /// Those it may know of, by number, itself included.
+    pub fn people(&self) -> impl Iterator<Item = &PersonWire> {
+        self.people.values()
+    }
+
+    /// Doors and wheels, for who teaches.
+    #[must_use]
+    pub const fn class(&self) -> Option<&ClassWire> {
+        self.class.as_ref()
+    }
+}
