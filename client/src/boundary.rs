@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 use glam::Vec3;
 use pottery_shared::haptics::{Fault, Guidance, Guided};
 use pottery_shared::prediction::Patch;
-use pottery_shared::tool::ToolSample;
+use pottery_shared::tool::{Orientation, Shape, Sphere, Tool, ToolSample};
 use pottery_shared::units::Tick;
 
 use crate::sound::Rub;
@@ -18,6 +18,9 @@ use crate::sound::Rub;
 const RING_SAMPLES: usize = 4096;
 /// News of a teacher's hand that the other ring holds: a second of them.
 const RING_NEWS: usize = 128;
+
+/// Marks a convex tool among the numbers of what is held.
+const CONVEX: u32 = 1 << 16;
 
 /// What the hand hears of a teacher, or of being one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +56,9 @@ pub struct Status {
     fault: AtomicU32,
     /// The tool's centre, m, as bits; not a number while there is no tool in hand.
     tool_m: [AtomicU32; 3],
+    /// Which tool that is, and how it is turned: see [`Status::note_grip`].
+    grip: AtomicU32,
+    turned: AtomicU64,
     /// The teacher's tool as it is felt, m, as bits; not a number while there is none.
     teacher_m: [AtomicU32; 3],
     /// How the hand is guided: m, from 0 to 1, N and s, as bits; not a number while it is not.
@@ -208,6 +214,28 @@ impl Status {
         let along = |axis: usize| f32::from_bits(self.tool_m[axis].load(Ordering::Relaxed));
         let centre_m = Vec3::new(along(0), along(1), along(2));
         centre_m.is_finite().then_some(centre_m)
+    }
+
+    /// Notes which tool is in the hand: the radius of a sphere in µm, or 2¹⁶ and the number of a convex one; and its three angles.
+    pub(crate) fn note_grip(&self, tool: Tool, orientation: Orientation) {
+        let held = match tool {
+            Tool::Sphere(sphere) => u32::from(sphere.micrometres()),
+            Tool::Convex(Shape(shape)) => CONVEX | u32::from(shape),
+        };
+        let [yaw, pitch, roll] = orientation.0.map(|angle| u64::from(angle.cast_unsigned()));
+        self.grip.store(held, Ordering::Relaxed);
+        self.turned.store(yaw << 32 | pitch << 16 | roll, Ordering::Relaxed);
+    }
+
+    /// The tool in hand and how it is turned; both may be a tick apart.
+    #[must_use]
+    pub fn grip(&self) -> Option<(Tool, Orientation)> {
+        let (held, turned) = (self.grip.load(Ordering::Relaxed), self.turned.load(Ordering::Relaxed));
+        let tool = match held & CONVEX {
+            0 => Sphere::of_micrometres(held as u16)?.into(),
+            _ => Tool::Convex(Shape(held as u8)),
+        };
+        Some((tool, Orientation([32, 16, 0].map(|bits| ((turned >> bits) as u16).cast_signed()))))
     }
 
     pub(crate) fn note_late(&self) {

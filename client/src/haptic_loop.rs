@@ -138,6 +138,7 @@ impl HapticLoop {
         self.side.status.note_rub(self.felt.rub);
         self.give();
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
+        self.side.status.note_grip(tool, self.device.orientation());
         let newtons = self.felt.force_n.length();
         if self.felt.elements > 0 {
             self.force_mn.saturating_record((newtons * 1e3) as u64);
@@ -178,7 +179,7 @@ impl HapticLoop {
         match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
             // nothing was pressed yet, and nothing is felt
             (Some(_), None) => {}
-            (Some(centre), Some(last)) => self.felt.force_n = self.feel(last.offset(1), tool, centre),
+            (Some(centre), Some(last)) => self.felt.force_n = self.feel(last.offset(1), tool, centre).0,
             (None, _) => self.let_go(),
         }
         self.give();
@@ -224,15 +225,16 @@ impl HapticLoop {
     /// What is felt of the clay by a tool that presses nothing.
     fn point(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
         self.last_centre = None;
-        Felt { force_n: self.feel(tick, tool, centre), ..Felt::default() }
+        let (force_n, elements) = self.feel(tick, tool, centre);
+        Felt { force_n, elements, rub: Rub::default() }
     }
 
-    /// The force between two ticks.
-    fn feel(&mut self, tick: Tick, tool: Tool, centre: Position) -> Vec3 {
+    /// The force between two ticks, and the elements touched.
+    fn feel(&mut self, tick: Tick, tool: Tool, centre: Position) -> (Vec3, u32) {
         let sample = self.sample(tick, tool, centre);
         let Contact { force_n, elements, penetration_m, .. } = self.hand.feel(&sample);
         let (wet, _) = self.wet(&sample, elements);
-        self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, wet })
+        (self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, wet }), elements)
     }
 
     /// What goes by under the tool and wets it, where the method knows wetness; and how fast, m/s.

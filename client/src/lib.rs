@@ -10,6 +10,7 @@ mod connection;
 pub mod device;
 pub mod export;
 pub mod fade;
+pub mod guiding;
 mod haptic_loop;
 mod link;
 mod onlooker;

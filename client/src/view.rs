@@ -13,6 +13,7 @@ use pottery_shared::snapshot::Touched;
 use pottery_shared::tool::{ConvexTool, Shape};
 
 use crate::fade::Fade;
+use crate::guiding::GuidanceShown;
 
 /// How the connection stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +51,8 @@ pub struct View {
     pub class: ClassView,
     /// Why the last order was not done, until somebody has taken it.
     pub no_order: Option<NoOrder>,
+    /// Who guides whom, and what is shown of it.
+    pub guidance: GuidanceShown,
     /// Everybody's tools on their ways, the client's own included.
     pub tools: Vec<RemoteTool>,
     /// Wheel, material and method.
@@ -85,6 +88,7 @@ impl SharedView {
             no_step: None,
             class: session.class().clone(),
             no_order: None,
+            guidance: GuidanceShown::default(),
             tools: Vec::new(),
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),

@@ -21,6 +21,7 @@ use web_transport_quinn::Session;
 pub(crate) use self::coming_back::WayBack;
 use crate::boundary::NetSide;
 use crate::connection::Joined;
+use crate::guiding::{GuideCommand, Guiding};
 use crate::remote_hands::RemoteHands;
 use crate::streams::{Arrival, Streams, closed_or_lost};
 use crate::stroke::StrokeRecorder;
@@ -54,6 +55,8 @@ pub enum Command {
     NewPot(Option<Form>),
     /// What a teacher orders; the view says when it was not done.
     Order(Order),
+    /// Something about guiding, or being guided; the view says what came of it.
+    Guide(GuideCommand),
     /// Leave once everything pressed is confirmed.
     Leave,
 }
@@ -104,6 +107,7 @@ pub struct Worker {
     side: NetSide,
     view: SharedView,
     hands: RemoteHands,
+    guiding: Guiding,
     commands: mpsc::Receiver<Command>,
     epoch: Instant,
     joined_at: Instant,
@@ -153,6 +157,7 @@ impl Worker {
             side,
             view,
             hands: RemoteHands::default(),
+            guiding: Guiding::default(),
             commands,
             epoch,
             joined_at: Instant::now(),
@@ -191,6 +196,8 @@ impl Worker {
                     fetches = fetches.wrapping_add(1);
                     self.fetch_samples();
                     if fetches.is_multiple_of(FETCHES_PER_SEND) {
+                        let now = self.epoch.elapsed();
+                        self.guiding.pass(&mut self.session, &self.side, &self.view, now);
                         self.send_samples();
                     }
                     if fetches.is_multiple_of(FETCHES_PER_LOOK) {
@@ -227,6 +234,9 @@ impl Worker {
                     Some(Command::Undo) => self.session.undo(),
                     Some(Command::Redo) => self.session.redo(),
                     Some(Command::NewPot(form)) => self.session.begin_anew(form),
+                    Some(Command::Guide(command)) => {
+                        self.guiding.command(command, &mut self.session, &self.view, self.epoch.elapsed());
+                    }
                     Some(Command::Order(order)) => self.session.request(&Request::Order(order)),
                     Some(Command::Leave) | None => {
                         leaving.get_or_insert(Instant::now());
@@ -330,6 +340,8 @@ impl Worker {
                 ClientEvent::Steps => self.view.lock().steps = *self.session.steps(),
                 ClientEvent::NoStep(reason) => self.view.lock().no_step = Some(reason),
                 ClientEvent::Class(event) => self.hear_of_class(event),
+                ClientEvent::Guidance(event) => self.guiding.hear(event, &self.session, &mut self.side, &self.view),
+                ClientEvent::Hand => self.guiding.hear_hand(&self.session, &mut self.side, &self.view),
                 ClientEvent::Closing => tracing::info!("the studio closes"),
             }
         }

@@ -28,6 +28,7 @@ mod series;
 mod solid;
 mod substep;
 mod surface;
+mod target;
 mod wheel;
 mod window;
 
@@ -50,5 +51,6 @@ pub use schedule::Schedule;
 pub use solid::{Triangle, closed_solid, floor_row};
 pub use substep::{Press, SubStep};
 pub use surface::Surface;
+pub use target::{Deviation, Target};
 pub use wheel::{Phase, Wheel};
 pub use window::{Footprint, Window};

@@ -109,6 +109,8 @@ pub struct Setup {
     pub delay: Seconds,
     /// The loop's period, for which the coupling is tuned.
     pub period: Seconds,
+    /// How far the tool gives way to a teacher's force, m/N, in a hand that feels none: zero for a device that gives it.
+    pub yields_m_n: f32,
 }
 
 impl Setup {
@@ -119,7 +121,8 @@ impl Setup {
     #[must_use]
     pub fn for_device(specs: DeviceSpecs, share_of_small: f32) -> Self {
         let felt_share = (share_of_small * specs.peak_force_n / DeviceSpecs::OMNI.peak_force_n).min(1.0);
-        Self { specs, stages: Stages::WHOLE, felt_share, coupling: None, delay: Seconds(0.0), period: Tick::PERIOD }
+        let (stages, delay, period) = (Stages::WHOLE, Seconds(0.0), Tick::PERIOD);
+        Self { specs, stages, felt_share, coupling: None, delay, period, yields_m_n: 0.0 }
     }
 }
 
@@ -166,7 +169,7 @@ impl Haptics {
     /// The chain for a device; the force stays off when its specs make no sense.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
-        let Setup { specs, stages, felt_share, coupling, delay, period } = setup;
+        let Setup { specs, stages, felt_share, coupling, delay, period, yields_m_n } = setup;
         let coupling = coupling.unwrap_or_else(|| Coupling::tuned(&specs, period, delay));
         Self {
             specs: specs.checked(),
@@ -176,7 +179,7 @@ impl Haptics {
             delay,
             gate: Gate::default(),
             proxy: Proxy::default(),
-            guide: Guide::new(&specs, &coupling, period, delay),
+            guide: Guide::new(&specs, &coupling, (period, delay), yields_m_n),
             passivity: Passivity::default(),
             correction: Correction::default(),
             ramp: Ramp::default(),
@@ -234,6 +237,10 @@ impl Haptics {
     /// Begins to be guided by a teacher, goes on in another way, or ends; without the stage nothing comes of it.
     pub fn guide(&mut self, guidance: Option<Guidance>) {
         self.guide.order(guidance.filter(|_| self.stages.guidance));
+        if guidance.is_none() {
+            // what it owes for guidance is not to be felt afterwards
+            self.passivity.forget();
+        }
     }
 
     /// Says that this hand leads another, or no longer: it then feels the damper that pays for what the other feels.

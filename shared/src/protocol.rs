@@ -11,6 +11,7 @@
 mod class;
 mod code;
 mod frame;
+mod guidance;
 mod messages;
 mod steps;
 mod token;
@@ -21,10 +22,11 @@ pub use class::{
 };
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
+pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, TargetWire};
 pub use messages::{
     Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
     Notice, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight, SightName,
-    StepsWire, ToolWire, Welcome, WheelWire,
+    StepsWire, ToolWire, Upload, Welcome, WheelWire,
 };
 pub use steps::Steps;
 pub use token::TokenError;
@@ -34,7 +36,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 11;
+pub const VERSION: u16 = 12;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

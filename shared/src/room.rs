@@ -7,6 +7,7 @@ mod arriving;
 mod audience;
 mod bench;
 mod doors;
+mod guidance;
 mod history;
 mod journal;
 mod orders;
@@ -22,7 +23,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
-use crate::protocol::{NoOrder, Notice, PersonWire, Request, Role};
+use crate::protocol::{NoGuidance, NoOrder, Notice, PersonWire, Request, Role};
 use crate::session::{Peer, PeerError, Refusals};
 use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
@@ -31,6 +32,7 @@ use audience::Audience;
 use bench::Bench;
 use doors::Doors;
 pub use doors::{DoorConfig, TokenHash, token_hash};
+use guidance::Leads;
 use history::Step;
 pub use journal::{Entry, Happening, WheelState};
 use people::People;
@@ -136,6 +138,7 @@ pub struct Room {
     audience: Audience,
     doors: Doors,
     people: People,
+    guidance: Leads,
     /// Those who wait to be let in.
     lobby: BTreeMap<PeerId, Waiting>,
     /// The wheels at which somebody is or something is to be done, in order: no other is visited.
@@ -191,6 +194,7 @@ impl Room {
             places: BTreeMap::new(),
             audience: Audience::default(),
             people: People::new(),
+            guidance: Leads::default(),
             lobby: BTreeMap::new(),
             busy: Vec::new(),
             now: Tick(0),
@@ -301,14 +305,23 @@ impl Room {
         let (role, is_waiting) = (person.role, person.is_waiting);
         if !may(role, &request) || (is_waiting && request != Request::Leave) {
             self.counts.forbidden += 1;
-            if matches!(request, Request::Order(_)) {
-                self.send(peer, Lane::Control(Peer::notice(&Notice::NoOrder(NoOrder::NotTeacher))));
+            match request {
+                Request::Order(_) => {
+                    self.send(peer, Lane::Control(Peer::notice(&Notice::NoOrder(NoOrder::NotTeacher))))
+                }
+                Request::Guide { .. } | Request::Target(_) => {
+                    self.send(peer, Lane::Control(Peer::notice(&Notice::NoGuidance(NoGuidance::NotTeacher))));
+                }
+                _ => {}
             }
             return Ok(());
         }
         match (request, self.places.get(&peer)) {
             (Request::Leave, _) => self.say_goodbye(peer),
             (Request::Order(order), _) => self.order(peer, client, &order),
+            (request @ (Request::Guide { .. } | Request::EndGuidance | Request::Target(_)), _) => {
+                self.hear_of_guidance(peer, client, request);
+            }
             (request, Some(&place)) => self.answer(peer, role, place, request),
             (request, None) => self.audience.answer(peer, &request, &mut self.benches, self.now),
         }
@@ -329,7 +342,12 @@ impl Room {
             Request::Tool { .. } => TOOL_COST,
             Request::Undo { .. } | Request::Redo { .. } | Request::NewPot { .. } => STEP_COST,
             // for those who only look on, and those who teach
-            Request::Watch { .. } | Request::Unwatch { .. } | Request::Order(_) => 1,
+            Request::Watch { .. }
+            | Request::Unwatch { .. }
+            | Request::Order(_)
+            | Request::Guide { .. }
+            | Request::EndGuidance
+            | Request::Target(_) => 1,
         };
         if !bench.may_ask(peer, self.now, cost) {
             return;
@@ -356,7 +374,13 @@ impl Room {
             Request::NewPot { held, form } => {
                 bench.ask_step(peer, Step::Anew(Form::from_number(form)), held, self.now);
             }
-            Request::Watch { .. } | Request::Unwatch { .. } | Request::Order(_) | Request::Leave => {}
+            Request::Watch { .. }
+            | Request::Unwatch { .. }
+            | Request::Order(_)
+            | Request::Guide { .. }
+            | Request::EndGuidance
+            | Request::Target(_)
+            | Request::Leave => {}
         }
     }
 
@@ -383,6 +407,9 @@ impl Room {
     /// Does every tick up to and with `to`.
     pub fn advance(&mut self, to: Tick) {
         while self.now <= to {
+            if SnapshotClock::is_due(self.now) {
+                self.relay_hands();
+            }
             let remaking = self.busy.iter().filter(|place| self.benches[**place].is_remaking()).count().max(1);
             let again = AGAIN_A_TICK.div_ceil(remaking) as u32;
             for &place in &self.busy {

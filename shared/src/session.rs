@@ -10,6 +10,8 @@ mod class;
 mod clay;
 mod client;
 mod effort;
+mod events;
+mod guidance;
 mod inputs;
 mod lead;
 mod mending;
@@ -22,7 +24,12 @@ mod welcome;
 
 pub use allowance::Allowance;
 pub use class::{ClassEvent, ClassView, greeting};
-pub use client::{Client, ClientError, ClientEvent, RemoteTool, StepCounts};
+pub use client::Client;
+pub use events::{ClientError, ClientEvent, RemoteTool, StepCounts};
+pub use guidance::{
+    GuidanceEvent, GuidancePair, GuidanceView, GuidingHand, guidance_of, guidance_wire, hand_of, hand_wire, target_of,
+    target_wire,
+};
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use mending::MendCounts;

@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("protocol", &["units"]),
     ("snapshot", &["clay", "protocol", "tool", "units"]),
     ("prediction", &["clay", "protocol", "snapshot", "tool", "units"]),
-    ("session", &["clay", "prediction", "protocol", "snapshot", "tool", "units"]),
+    ("session", &["clay", "haptics", "prediction", "protocol", "snapshot", "tool", "units"]),
     ("room", &["clay", "protocol", "session", "snapshot", "tool", "units"]),
 ];
 

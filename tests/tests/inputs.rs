@@ -9,7 +9,7 @@ use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, PotSpec, Strength, Wetness, Wheel};
 use pottery_shared::protocol::{
     self, ClayWire, DATAGRAM_MEMORY_MAX, Greeting, Hello, Inputs, Notice, Pass, Pulse, Purpose, Refusal, Request, Run,
-    ShapeWire, Steps,
+    ShapeWire, Steps, Upload,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{InputQueue, Refusals};
@@ -76,7 +76,8 @@ impl Studio {
     }
 
     fn send(&mut self, peer: PeerId, inputs: &Inputs) {
-        self.room.handle_datagram(peer, &protocol::encode(inputs));
+        let upload = Upload { inputs: inputs.clone(), hand: None };
+        self.room.handle_datagram(peer, &protocol::encode(&upload));
     }
 
     fn advance(&mut self, to: u64) {

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, PotSpec};
-use pottery_shared::protocol::{self, Inputs};
+use pottery_shared::protocol::{self, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::Client;
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
@@ -72,7 +72,8 @@ fn slacks(seed: u64, quality: Quality, fast_ppm: i64, until_ms: u64) -> Slacks {
         while let Some(entry) = parcels.first_entry().filter(|entry| entry.key().0 <= time) {
             match entry.remove() {
                 Parcel::Up(bytes) => {
-                    let inputs: Inputs = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+                    let Upload { inputs, .. } =
+                        protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
                     let ticks =
                         inputs.runs.iter().flat_map(|run| (0..=run.steps.len() as u64).map(|at| run.first_tick + at));
                     for (number, tick) in (inputs.first..).zip(ticks) {

@@ -12,10 +12,11 @@ use std::process::Command;
 
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
-    ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, Hello,
-    Inputs, Keyframe, MeshWire, Nickname, NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf,
-    PotWire, Presence, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire,
-    Sight, SightName, StepsWire, TeacherToken, ToolWire, VERSION, Welcome, WheelInfo, WheelWire, encode,
+    ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, GuidanceEnd,
+    GuidanceWire, HandWire, Hello, Inputs, Keyframe, LeadWire, MeshWire, Nickname, NoGuidance, NoOrder, NoStep, NoTool,
+    Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, Pulse, PulseHead, Purpose, Refusal, Request,
+    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire, TeacherToken, ToolWire,
+    Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -128,6 +129,10 @@ fn requests() -> Vec<Value> {
         (Request::Undo { held: 1 << 20 }, json!({ "undo": 1 << 20 })),
         (Request::Redo { held: 250 }, json!({ "redo": 250 })),
         (Request::NewPot { held: 251, form: 3 }, json!({ "new_pot": { "held": 251, "form": 3 } })),
+        (Request::Guide { student: 300, guidance: GUIDANCE }, json!({ "guide": [300, 2, 50] })),
+        (Request::EndGuidance, json!("end_guidance")),
+        (Request::Target(Some(target())), json!({ "target": target_value() })),
+        (Request::Target(None), json!({ "target": null })),
     ];
     let orders = orders().into_iter().map(|(order, value)| (Request::Order(order), json!({ "order": value })));
     all.into_iter().chain(orders).map(|(request, value)| vector("request", &encode(&request), value)).collect()
@@ -207,6 +212,42 @@ fn lesson() -> Vec<(Notice, Value)> {
     ]
 }
 
+const GUIDANCE: GuidanceWire = GuidanceWire { mode: 2, strength: 50 };
+
+fn target() -> TargetWire {
+    TargetWire { height_m: 0.25, radii: (0..65).map(|row| 15_000 + 10 * row).collect() }
+}
+
+fn target_value() -> Value {
+    json!({ "height": 0.25, "radii": target().radii })
+}
+
+fn hand() -> (HandWire, Value) {
+    let tool = ShapeWire::Sphere { radius_um: 12_000 };
+    let hand = HandWire { tick: 16_600, centre: [6500, -1, 9000], tool, force_mn: 1500, draws: true };
+    let tool = json!({ "sphere": 12_000 });
+    (hand, json!({ "tick": 16_600, "centre": [6500, -1, 9000], "tool": tool, "force": 1500, "draws": true }))
+}
+
+fn guidance() -> Vec<(Notice, Value)> {
+    let ends = [GuidanceEnd::Teacher, GuidanceEnd::Student, GuidanceEnd::Gone, GuidanceEnd::Replaced];
+    let ends = ends.into_iter().zip(["teacher", "student", "gone", "replaced"]);
+    let refused = [
+        (NoGuidance::NotTeacher, "not_teacher"),
+        (NoGuidance::Nobody, "nobody"),
+        (NoGuidance::Oneself, "oneself"),
+        (NoGuidance::NoHand, "no_hand"),
+        (NoGuidance::Unknown, "unknown"),
+    ];
+    let lead = LeadWire { teacher: 1, student: 300, guidance: GUIDANCE };
+    let mut all = vec![(Notice::Guidance(lead), json!({ "guidance": [1, 300, 2, 50] }))];
+    all.extend(ends.map(|(why, value)| (Notice::GuidanceEnded(why), json!({ "guidance_ended": value }))));
+    all.extend(refused.map(|(why, value)| (Notice::NoGuidance(why), json!({ "no_guidance": value }))));
+    all.push((Notice::Target(Some(target())), json!({ "target": target_value() })));
+    all.push((Notice::Target(None), json!({ "target": null })));
+    all
+}
+
 fn notices() -> Vec<Value> {
     let (mesh, mesh_value) = mesh();
     let welcome = Welcome {
@@ -245,10 +286,14 @@ fn notices() -> Vec<Value> {
         (Notice::NoStep(NoStep::NothingBack), json!({ "no_step": "back" })),
         (Notice::NoStep(NoStep::NothingForth), json!({ "no_step": "forth" })),
     ];
-    all.into_iter().chain(lesson()).map(|(notice, value)| vector("notice", &encode(&notice), value)).collect()
+    all.into_iter()
+        .chain(lesson())
+        .chain(guidance())
+        .map(|(notice, value)| vector("notice", &encode(&notice), value))
+        .collect()
 }
 
-fn inputs() -> Value {
+fn uploads() -> Vec<Value> {
     // steps as of a hand, one that takes sixteen bits, and none
     let hand: Vec<[i16; 3]> = (0..20).map(|tick| [tick % 3 - 1, 4 - tick / 4, -7]).collect();
     let wild = vec![[i16::MIN, i16::MAX, 0], [i16::MAX, 0, -1], [0, 1, 2]];
@@ -272,7 +317,14 @@ fn inputs() -> Value {
         value(rib_value, true, &wild, &wild),
         value(sphere_value, true, &none, &none),
     ];
-    vector("inputs", &encode(&Inputs { first: u32::MAX - 1, runs }), json!({ "first": u32::MAX - 1, "runs": values }))
+    let (first, (hand, hand_value)) = (u32::MAX - 1, self::hand());
+    let quiet = Upload { inputs: Inputs { first, runs }, hand: None };
+    let guiding = Upload { inputs: Inputs { first: 7, runs: Vec::new() }, hand: Some(hand) };
+    let inputs = json!({ "first": first, "runs": values });
+    vec![
+        vector("upload", &encode(&quiet), json!({ "inputs": inputs, "hand": null })),
+        vector("upload", &encode(&guiding), json!({ "inputs": { "first": 7, "runs": [] }, "hand": hand_value })),
+    ]
 }
 
 fn datagrams() -> Vec<Value> {
@@ -300,18 +352,19 @@ fn datagrams() -> Vec<Value> {
     });
     let next_value =
         json!({ "tick": 16_666, "latest": 1001, "digest": null, "tools": null, "fragments": piece("transcript") });
-    let head = PulseHead { acknowledged: 400, slack: Some(-6) };
-    let quiet = PulseHead { acknowledged: 0, slack: None };
+    let (hand, hand_value) = hand();
+    let head = PulseHead { acknowledged: 400, slack: Some(-6), teacher: Some(hand) };
+    let quiet = PulseHead { acknowledged: 0, slack: None, teacher: None };
     vec![
         vector(
             "pulse",
             &encode(&Pulse { head, body: first.clone() }),
-            json!({ "acknowledged": 400, "slack": -6, "body": first_value }),
+            json!({ "acknowledged": 400, "slack": -6, "teacher": hand_value, "body": first_value }),
         ),
         vector(
             "pulse",
             &encode(&Pulse { head: quiet, body: next.clone() }),
-            json!({ "acknowledged": 0, "slack": null, "body": next_value }),
+            json!({ "acknowledged": 0, "slack": null, "teacher": null, "body": next_value }),
         ),
         vector(
             "seen",
@@ -518,7 +571,8 @@ fn retelling() -> Value {
 }
 
 fn vectors() -> Value {
-    let messages = [greetings(), requests(), notices(), vec![inputs(), retelling()], datagrams(), keyframes()].concat();
+    let messages =
+        [greetings(), requests(), notices(), uploads(), vec![retelling()], datagrams(), keyframes()].concat();
     json!({ "version": VERSION, "messages": messages, "chains": chains(), "transcripts": transcripts() })
 }
 

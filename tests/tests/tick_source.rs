@@ -59,6 +59,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
             "is_unguided",
             "is_pointing",
             "note_guided",
+            "note_grip",
         ],
     ),
     (

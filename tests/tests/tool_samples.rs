@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use pottery_shared::clay::{GridShape, Material, MethodKind, PotSpec};
-use pottery_shared::protocol::{self, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX, FrameReader, Inputs};
+use pottery_shared::protocol::{self, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX, FrameReader, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, InputQueue};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
@@ -42,7 +42,7 @@ fn sent(samples: &[(Tool, Orientation, [i32; 3], Side)]) -> (Vec<ToolSample>, Ve
     while let Some(datagram) = client.poll_datagram(Duration::ZERO) {
         assert!(datagram.len() <= DATAGRAM_MAX, "{} bytes", datagram.len());
         lengths.push(datagram.len());
-        let inputs: Inputs = protocol::decode::<DATAGRAM_MEMORY_MAX, _>(&datagram).unwrap();
+        let Upload { inputs, .. } = protocol::decode::<DATAGRAM_MEMORY_MAX, _>(&datagram).unwrap();
         queue.handle_inputs(&inputs, Tick(0), 4);
     }
     assert_eq!(queue.refusals().total(), 0);

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use pottery_shared::clay::{GridShape, Material, MethodKind, Pot, PotSpec};
-use pottery_shared::protocol::{self, FrameReader, Inputs, Request, SightName};
+use pottery_shared::protocol::{self, FrameReader, Inputs, Request, SightName, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, Watcher};
 use pottery_shared::snapshot::{Detail, QUANTUM_M};
@@ -418,7 +418,7 @@ fn who_looks_on_cannot_press_and_asks_in_vain_for_what_there_is_not() {
     }
     ask(&mut world, &Request::WheelSpeed { rpm: 3.0 });
     assert_eq!((world.room.counts().refusals.requests, world.room.counts().forbidden), (8, 1));
-    let inputs = protocol::encode(&Inputs { first: 0, runs: Vec::new() });
+    let inputs = protocol::encode(&Upload { inputs: Inputs { first: 0, runs: Vec::new() }, hand: None });
     world.room.handle_datagram(peer, &inputs);
     // a version that never was is answered with the whole pot
     ask(&mut world, &Request::Watch { sight: sight(1, 0), have: 7_000 });

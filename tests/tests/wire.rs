@@ -6,10 +6,10 @@ use std::cell::Cell;
 
 use pottery_shared::protocol::{
     self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
-    Greeting, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, MeshWire, Nickname, NoOrder, NoTool,
-    Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, ProtocolError, Pulse, PulseHead, Purpose,
-    Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TeacherToken, ToolWire,
-    Welcome, WheelInfo, WheelWire,
+    Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, LeadWire,
+    MeshWire, Nickname, NoOrder, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence,
+    ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight,
+    SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -138,6 +138,12 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Request::Leave),
         (any::<u32>(), bytes(1200)).prop_map(|(have, tiles)| Request::Mend { have, tiles }),
         order().prop_map(Request::Order),
+        any::<(u16, u8, u8)>().prop_map(|(student, mode, strength)| Request::Guide {
+            student,
+            guidance: GuidanceWire { mode, strength },
+        }),
+        Just(Request::EndGuidance),
+        target().prop_map(Request::Target),
     ]
 }
 
@@ -207,6 +213,10 @@ fn notice() -> impl Strategy<Value = Notice> {
         Just(Notice::NoTool(NoTool::Unsound)),
         Just(Notice::Closing),
         Just(Notice::Waiting),
+        any::<(u16, u16, u8, u8)>().prop_map(|(teacher, student, mode, strength)| {
+            Notice::Guidance(LeadWire { teacher, student, guidance: GuidanceWire { mode, strength } })
+        }),
+        target().prop_map(Notice::Target),
         (person(), any::<(bool, Option<[u8; 16]>)>()).prop_map(|(person, (may_press, resume))| {
             let PersonWire { client, role, name, wheel, .. } = person;
             let resume = resume.map(ResumeToken);
@@ -219,6 +229,11 @@ fn notice() -> impl Strategy<Value = Notice> {
         any::<u16>().prop_map(|client| Notice::NoOrder(NoOrder::Person { client })),
         any::<u64>().prop_map(|oldest| Notice::NoOrder(NoOrder::TooLongAgo { oldest })),
     ]
+}
+
+fn target() -> impl Strategy<Value = Option<TargetWire>> {
+    let radii = prop::collection::vec(any::<u16>(), 0..70);
+    prop::option::of((-1e3_f32..1e3, radii).prop_map(|(height_m, radii)| TargetWire { height_m, radii }))
 }
 
 fn shape() -> impl Strategy<Value = ShapeWire> {
@@ -236,6 +251,16 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
 }
 
+fn hand() -> impl Strategy<Value = Option<HandWire>> {
+    let hand = (any::<(u64, [i32; 3], u16, bool)>(), shape())
+        .prop_map(|((tick, centre, force_mn, draws), tool)| HandWire { tick, centre, tool, force_mn, draws });
+    prop::option::of(hand)
+}
+
+fn upload() -> impl Strategy<Value = Upload> {
+    (inputs(), hand()).prop_map(|(inputs, hand)| Upload { inputs, hand })
+}
+
 fn retelling() -> impl Strategy<Value = Retelling> {
     (any::<[[u8; 2]; 3]>(), bytes(900)).prop_map(|([since, told, digest], transcript)| Retelling {
         since,
@@ -246,7 +271,11 @@ fn retelling() -> impl Strategy<Value = Retelling> {
 }
 
 fn pulse() -> impl Strategy<Value = Pulse> {
-    let head = any::<(u32, Option<i16>)>().prop_map(|(acknowledged, slack)| PulseHead { acknowledged, slack });
+    let head = (any::<(u32, Option<i16>)>(), hand()).prop_map(|((acknowledged, slack), teacher)| PulseHead {
+        acknowledged,
+        slack,
+        teacher,
+    });
     (head, body()).prop_map(|(head, body)| Pulse { head, body })
 }
 
@@ -318,7 +347,7 @@ laws!(greeting_is_read_as_written, greeting(), Greeting, CONTROL_MAX);
 laws!(hello_is_read_as_written, hello(), Hello, CONTROL_MAX);
 laws!(request_is_read_as_written, request(), Request, CONTROL_MAX);
 laws!(notice_is_read_as_written, notice(), Notice, CONTROL_MAX);
-laws!(inputs_are_read_as_written, inputs(), Inputs, DATAGRAM_MEMORY_MAX);
+laws!(uploads_are_read_as_written, upload(), Upload, DATAGRAM_MEMORY_MAX);
 laws!(pulse_is_read_as_written, pulse(), Pulse, DATAGRAM_MEMORY_MAX);
 laws!(sight_is_read_as_written, sight(), Sight, DATAGRAM_MEMORY_MAX);
 laws!(retelling_is_read_as_written, retelling(), Retelling, DATAGRAM_MEMORY_MAX);
@@ -350,7 +379,7 @@ fn memory_to_decode(bytes: &[u8]) -> usize {
         drop(protocol::decode::<CONTROL_MAX, Hello>(bytes));
         drop(protocol::decode::<CONTROL_MAX, Request>(bytes));
         drop(protocol::decode::<CONTROL_MAX, Notice>(bytes));
-        drop(protocol::decode::<DATAGRAM_MEMORY_MAX, Inputs>(bytes));
+        drop(protocol::decode::<DATAGRAM_MEMORY_MAX, Upload>(bytes));
         drop(protocol::decode::<DATAGRAM_MEMORY_MAX, Pulse>(bytes));
     })
 }
@@ -389,11 +418,11 @@ fn claimed_length_is_not_believed() {
             asked_to_refuse!(Notice, CONTROL_MAX, claim(&[0, 1, 0, 8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])),
             asked_to_refuse!(Request, CONTROL_MAX, claim(&[2])),
             asked_to_refuse!(Request, CONTROL_MAX, claim(&[2, 0])),
-            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0])),
-            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0])),
-            asked_to_refuse!(Inputs, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),
-            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 1])),
-            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0])),
+            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0, 1])),
+            asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0, 0])),
         ];
         // one run is made before its steps are refused; nothing is taken for what is only claimed
         assert!(

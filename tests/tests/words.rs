@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use pottery_client::render::Finish;
 use pottery_shared::clay::{Form, Preset};
+use pottery_shared::haptics::GuidanceMode;
 use pottery_shared::tool::{Shape, rack};
 
 fn studio() -> PathBuf {
@@ -49,9 +50,12 @@ fn made_names() -> BTreeSet<String> {
     let shapes = (0..rack::standard().len()).map(|number| Shape(number as u8).name().unwrap());
     let lesson = ["centre", "open", "pull", "shape"].map(|step| format!("lesson-{step}-how"));
     let forms = Form::ALL.map(|form| format!("form-{}", form.name()));
+    let guidance =
+        GuidanceMode::ALL.into_iter().flat_map(|mode| ["", "-hint"].map(|hint| format!("guide-{}{hint}", mode.name())));
     finishes
         .into_iter()
         .chain(forms)
+        .chain(guidance)
         .chain(clays)
         .chain(shapes.map(|name| format!("tool-{name}")))
         .chain(lesson)

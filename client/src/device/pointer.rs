@@ -16,6 +16,9 @@ const SPEED_MAX_M_S: f32 = 0.8;
 /// Time constant of the glide, s.
 const GLIDE_S: f32 = 0.02;
 
+/// How far the tool gives way to a teacher's hand, m/N: as the lightest hand would, since nobody feels the force.
+const YIELDS_M_N: f32 = 0.01;
+
 /// Where the pointer asks the tool to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pointer {
@@ -96,8 +99,9 @@ impl Device for PointerDevice {
         DeviceSpecs::MOUSE
     }
 
-    /// Nobody feels it, so that the clay may be pressed twice as hard as a small device does for the same lag.
+    /// Nobody feels it, so that the clay may be pressed twice as hard as a small device does for the same lag, and a teacher's
+    /// force moves the tool instead of the hand.
     fn setup(&self, share_of_small: f32) -> Setup {
-        Setup::for_device(self.specs(), 0.5 * share_of_small)
+        Setup { yields_m_n: YIELDS_M_N, ..Setup::for_device(self.specs(), 0.5 * share_of_small) }
     }
 }

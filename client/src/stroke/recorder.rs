@@ -49,6 +49,19 @@ impl StrokeRecorder {
         Self { stroke: Stroke::empty(Rpm(rpm)), tool, lifted: false }
     }
 
+    /// Goes on with a stroke that there is, after a lift.
+    #[must_use]
+    pub fn going_on(stroke: Stroke) -> Self {
+        let tool = stroke.tool_at(stroke.end());
+        Self { stroke, tool, lifted: true }
+    }
+
+    /// What was recorded so far.
+    #[must_use]
+    pub const fn stroke(&self) -> &Stroke {
+        &self.stroke
+    }
+
     /// Appends where the tool's centre was, m in the room's frame, and how it was turned, `time_s` seconds after the
     /// recording began.
     ///

@@ -124,6 +124,7 @@ impl Worker {
         (self.connection, self.outgoing) = (joined.connection, joined.streams.outgoing);
         self.arriving = joined.streams.arriving;
         self.session = session;
+        self.guiding.forget(&mut self.side, &self.view);
         self.way_back.came_at = Instant::now();
         self.side.status().set_tick_offset(self.session.tick_offset());
         self.side.publish(|patch| self.session.patch_into(patch));

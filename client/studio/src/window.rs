@@ -6,6 +6,7 @@
 mod app;
 mod depth;
 mod files;
+mod ghost;
 mod hand;
 mod holding;
 mod labels;

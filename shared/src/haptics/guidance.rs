@@ -162,6 +162,8 @@ struct Limits {
     stiffness_n_m: f32,
     damping_ns_m: f32,
     leading_ns_m: f32,
+    /// How far the tool gives way to the force, m/N, since the hand feels none.
+    yields_m_n: f32,
 }
 
 /// Where the teacher's tool is felt, and how fast it goes.
@@ -201,7 +203,12 @@ impl Guide {
     const NOISE_SHARE: f32 = 0.8;
 
     /// The stage for a device whose coupling is tuned.
-    pub(super) fn new(specs: &DeviceSpecs, coupling: &Coupling, period: Seconds, delay: Seconds) -> Self {
+    pub(super) fn new(
+        specs: &DeviceSpecs,
+        coupling: &Coupling,
+        (period, delay): (Seconds, Seconds),
+        yields_m_n: f32,
+    ) -> Self {
         let late_s = 0.5 * period.0 + delay.0;
         let b = specs.damping_ns_m + Coupling::HAND_NS_M;
         let stiffness_n_m = (0.4 * specs.stiffness_max_n_m).min(0.15 * Coupling::stiffness_limit(b, period, delay));
@@ -212,6 +219,7 @@ impl Guide {
             stiffness_n_m,
             damping_ns_m: (0.5 * left_ns_m).clamp(0.0, specs.damping_max_ns_m),
             leading_ns_m: Tank::LEADING_NS_M.min(0.8 * specs.damping_max_ns_m),
+            yields_m_n,
         };
         Self {
             order: None,
@@ -299,8 +307,8 @@ impl Guide {
         let most = dt.0 / Self::GLIDE_S;
         self.share += (order.share() - self.share).clamp(-most, most);
         if self.share == 0.0 {
-            self.goal.at_m = device_m;
-            return device_m;
+            self.goal.at_m = device_m + self.force_n * self.limits.yields_m_n;
+            return self.goal.at_m;
         }
         let goal_m = Around { from_m: device_m, to_m: teacher_m }.between(self.share);
         // what the teacher's part of the movement does at the clay is felt by the student: it is paid for as the rest

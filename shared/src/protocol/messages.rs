@@ -7,7 +7,10 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use bincode::{Decode, Encode};
 
-use super::{ClassWire, NoOrder, Order, Pass, PersonWire, PlaceWire, Steps};
+use super::{
+    ClassWire, GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, NoOrder, Order, Pass, PersonWire, PlaceWire,
+    Steps, TargetWire,
+};
 
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
@@ -135,6 +138,17 @@ pub enum Request {
     },
     /// What a teacher orders.
     Order(Order),
+    /// Guide a student's hand, or in another way than before.
+    Guide {
+        /// The number of the student.
+        student: u16,
+        /// How.
+        guidance: GuidanceWire,
+    },
+    /// Let go: of the student whom this client guides, or of the teacher who guides it.
+    EndGuidance,
+    /// What everybody's pot is to become; nothing any more.
+    Target(Option<TargetWire>),
 }
 
 /// Why there is no step back or forth.
@@ -362,6 +376,14 @@ pub enum Notice {
     },
     /// What this client ordered was not done.
     NoOrder(NoOrder),
+    /// A teacher guides a student, one of both is this client.
+    Guidance(LeadWire),
+    /// And no longer.
+    GuidanceEnded(GuidanceEnd),
+    /// What this client asked for to guide is not done.
+    NoGuidance(NoGuidance),
+    /// What everybody's pot is to become; nothing any more.
+    Target(Option<TargetWire>),
 }
 
 /// A tool and how it is turned.
@@ -398,13 +420,22 @@ pub struct Run {
     pub turns: Steps,
 }
 
-/// A client's datagram: its newest samples and those that may have been lost.
+/// A client's newest samples and those that may have been lost.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Inputs {
     /// Number of the first sample in the client's stream of samples.
     pub first: u32,
     /// The samples; numbers run on from run to run.
     pub runs: Vec<Run>,
+}
+
+/// A client's datagram.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Upload {
+    /// What it presses.
+    pub inputs: Inputs,
+    /// Where its hand is, while it guides another.
+    pub hand: Option<HandWire>,
 }
 
 /// The part of a server's datagram that is for one client.
@@ -414,6 +445,8 @@ pub struct PulseHead {
     pub acknowledged: u32,
     /// Ticks to spare with which its samples arrived since the last pulse, at the worst.
     pub slack: Option<i16>,
+    /// Where the hand is that guides it.
+    pub teacher: Option<HandWire>,
 }
 
 /// The part of a server's datagram that all clients of a wheel share.

@@ -116,6 +116,9 @@ impl Room {
                 self.places.insert(peer, place);
                 self.make_busy(place);
                 self.benches[place].seat(peer, client, retells, self.now, &mut self.outbox);
+                if self.has_target() {
+                    self.tell_target(peer);
+                }
             }
             (Purpose::Watches { bytes_per_s }, _) => self.seat_viewer(peer, bytes_per_s),
             (Purpose::Works { .. }, None) => {}
@@ -171,6 +174,7 @@ impl Room {
 
     /// Takes a connection from its wheel, its sights and the door.
     pub(super) fn let_go(&mut self, peer: PeerId) {
+        self.end_leads_of(peer);
         if let Some(place) = self.places.remove(&peer) {
             self.benches[place].leave(peer);
         }

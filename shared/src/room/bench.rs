@@ -3,6 +3,7 @@
 //! Owns the authoritative clay; who may come to it is the room's affair.
 //! Invariant: each snapshot holds exactly the samples below the numbers acknowledged with it.
 
+mod hands;
 mod holding;
 mod stepping;
 

@@ -13,8 +13,8 @@ use crate::snapshot::Version;
 pub(super) const WAYS_MAX: usize = 32;
 /// Bytes of a fragment, so that a datagram holds one beside the tools of a class.
 const FRAGMENT_BYTES: usize = 600;
-/// Room for what stands before the body, and for the fixed part of that.
-const OVERHEAD_BYTES: usize = 48;
+/// Room for what stands before the body, a hand that guides included, and for the fixed part of the body.
+const OVERHEAD_BYTES: usize = 80;
 
 /// What leads to a version, cut into pieces.
 pub(super) fn fragments(version: Version, of: FragmentOf, bytes: &[u8]) -> Vec<Fragment> {

@@ -27,7 +27,9 @@ pub const fn may(role: Role, request: &Request) -> bool {
         | Request::Undo { .. }
         | Request::Redo { .. }
         | Request::NewPot { .. } => works(role),
-        Request::Order(_) => matches!(role, Role::Teacher),
+        // letting go of a teacher's hand is for everybody who may have one
+        Request::EndGuidance => works(role),
+        Request::Order(_) | Request::Guide { .. } | Request::Target(_) => matches!(role, Role::Teacher),
     }
 }
 

@@ -15,78 +15,21 @@ use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
 use super::welcome::{conditions_of, pot_of, remote_tool};
-use super::{BringError, ClassEvent, ClassView, greeting, mesh_of, runs, tool_of, with_one_more};
+use super::{
+    BringError, ClassView, ClientError, ClientEvent, GuidanceView, GuidingHand, RemoteTool, StepCounts, greeting,
+    hand_wire, mesh_of, runs, tool_of, with_one_more,
+};
 use crate::clay::{Conditions, Form, Pot, SubStep};
-use crate::prediction::{Correction, Patch, Predictor};
+use crate::prediction::{Patch, Predictor};
 use crate::protocol::{
-    self, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice, Pass, Pulse, Purpose, Refusal, Request, StepsWire,
+    self, HandWire, Hello, Inputs, Keyframe, MeshWire, Notice, Pass, Pulse, Purpose, Request, StepsWire, Upload,
 };
 use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
-use crate::tool::{ConvexTool, Orientation, Position, Shape, Tool, ToolSample};
+use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
-/// Why a session cannot go on.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ClientError {
-    /// The server does not let the client in.
-    #[error(transparent)]
-    Refused(#[from] Refusal),
-    /// Nothing is wrong yet: a teacher will let the client in, or not.
-    #[error("the teacher has not let you in yet")]
-    Waiting,
-    /// The server says what no server of this version says.
-    #[error("the server's answer makes no sense ({0}); is it a pottery studio of this version?")]
-    Protocol(#[from] protocol::ProtocolError),
-    /// The pot the server describes cannot be made.
-    #[error("the server's pot cannot be made: {0}")]
-    Pot(String),
-    /// A tool that the server announces cannot be made.
-    #[error("the server's tool {shape} cannot be made: {fault}")]
-    Tool {
-        /// Its number in the rack.
-        shape: u8,
-        /// What is wrong with it.
-        fault: BringError,
-    },
-}
-
-/// What the caller may want to know.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ClientEvent {
-    /// The clay was confirmed, and the prediction corrected by so much.
-    Confirmed(Correction),
-    /// The wheel's or the clay's settings changed.
-    Conditions,
-    /// There is a tool more in the rack.
-    Rack,
-    /// The tool that this client brought hangs in the rack.
-    Brought(Shape),
-    /// The tool that this client brought does not.
-    NotBrought(NoTool),
-    /// What can be undone and redone has changed.
-    Steps,
-    /// What was to be undone or redone cannot be.
-    NoStep(NoStep),
-    /// Something of the lesson was told; [`Client::class`] has it.
-    Class(ClassEvent),
-    /// The server stops.
-    Closing,
-}
-
-/// Somebody's tool as last heard of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RemoteTool {
-    /// Whose: the number given in the welcome.
-    pub client: u16,
-    /// The tool; of a convex one that is not in the rack yet, the notice is still on its way.
-    pub tool: Tool,
-    /// How it is turned.
-    pub orientation: Orientation,
-    /// Its centre in the room.
-    pub centre: Position,
-    /// Whether it touches clay.
-    pub touching: bool,
-}
+/// Bytes that a datagram keeps free for the own hand.
+const HAND_BYTES_MAX: usize = 48;
 
 /// A client that was let in.
 #[derive(Debug)]
@@ -130,6 +73,9 @@ pub struct Client {
     told: u32,
     counts: StepCounts,
     class: ClassView,
+    guidance: GuidanceView,
+    /// Where the own hand is, while it guides another, until it was sent.
+    hand: Option<HandWire>,
 }
 
 /// That newer clay is known of than can be come to.
@@ -138,17 +84,6 @@ struct Behind {
     ask_at: Duration,
     /// How often it has asked.
     times: u32,
-}
-
-/// How the replica came to its snapshots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StepCounts {
-    /// By pressing again what was pressed.
-    pub retold: u64,
-    /// By the tiles that changed.
-    pub deltas: u64,
-    /// Retellings after which the clay was not the author's; each was mended.
-    pub unlike: u64,
 }
 
 impl Client {
@@ -228,6 +163,8 @@ impl Client {
             told: welcome.told,
             counts: StepCounts::default(),
             class: ClassView::default(),
+            guidance: GuidanceView::default(),
+            hand: None,
         })
     }
 
@@ -241,6 +178,17 @@ impl Client {
     #[must_use]
     pub const fn class(&self) -> &ClassView {
         &self.class
+    }
+
+    /// What it knows of hands that guide, and of what the pot is to become.
+    #[must_use]
+    pub const fn guidance(&self) -> &GuidanceView {
+        &self.guidance
+    }
+
+    /// Says with the next datagram where the own hand is, which guides another.
+    pub fn show_hand(&mut self, hand: &GuidingHand) {
+        self.hand = Some(hand_wire(hand));
     }
 
     /// The confirmed clay.
@@ -411,7 +359,10 @@ impl Client {
             Notice::Welcome(_) | Notice::Audience(_) | Notice::Waiting => {
                 return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into());
             }
-            notice => self.events.extend(self.class.handle(notice).map(ClientEvent::Class)),
+            notice => match self.guidance.handle(&notice) {
+                Some(event) => self.events.push_back(ClientEvent::Guidance(event)),
+                None => self.events.extend(self.class.handle(notice).map(ClientEvent::Class)),
+            },
         }
         Ok(())
     }
@@ -479,6 +430,11 @@ impl Client {
         if let Some(slack) = pulse.head.slack {
             self.redundancy.handle_slack(slack, now);
             self.lead.handle_slack(slack, pulse.head.acknowledged, self.predictor.next_sequence(), now);
+        }
+        if let Some(hand) = &pulse.head.teacher
+            && self.guidance.hear(hand)
+        {
+            self.events.push_back(ClientEvent::Hand);
         }
         let mut body = pulse.body;
         if let Some(tools) = body.tools.take()
@@ -662,6 +618,13 @@ impl Client {
 
     /// The next datagram of samples to send; ask again until there is none.
     pub fn poll_datagram(&mut self, now: Duration) -> Option<Vec<u8>> {
+        let inputs = self.poll_inputs(now);
+        let hand = self.hand.take();
+        let nothing = || hand.map(|_| Inputs { first: self.unsent, runs: Vec::new() });
+        Some(protocol::encode(&Upload { inputs: inputs.or_else(nothing)?, hand }))
+    }
+
+    fn poll_inputs(&mut self, now: Duration) -> Option<Inputs> {
         let pending = self.predictor.pending();
         let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
         let silent_since = self.progress_at.max(self.repeated_at);
@@ -683,11 +646,11 @@ impl Client {
             return None;
         };
         let skip = start.wrapping_sub(oldest) as usize;
-        let (inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16);
+        let (inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
         let end = start.wrapping_add(count);
         if (end.wrapping_sub(self.unsent) as i32) > 0 {
             self.unsent = end;
         }
-        Some(protocol::encode(&inputs))
+        Some(inputs)
     }
 }

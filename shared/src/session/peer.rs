@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use super::Allowance;
 use super::inputs::InputQueue;
 use super::runs;
-use crate::protocol::{self, Greeting, Hello, Inputs, Notice, Pulse, PulseHead, Refusal, Request, ToolWire};
+use crate::protocol::{self, Greeting, HandWire, Hello, Notice, Pulse, PulseHead, Refusal, Request, ToolWire, Upload};
 use crate::tool::{Position, ToolSample};
 use crate::units::Tick;
 
@@ -31,6 +31,10 @@ pub struct Peer {
     allowance: Allowance,
     /// When its line last lost something.
     lost_at: Option<Tick>,
+    /// Where its hand is, when it last said so.
+    hand: Option<HandWire>,
+    /// The hand that guides it, to be shown.
+    teacher: Option<HandWire>,
 }
 
 impl Peer {
@@ -90,10 +94,26 @@ impl Peer {
 
     /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`; refusals are counted.
     pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick, tools: usize) {
-        match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Inputs>(bytes) {
-            Ok(inputs) => self.inputs.handle_inputs(&inputs, now, tools),
+        match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Upload>(bytes) {
+            Ok(Upload { inputs, hand }) => {
+                self.inputs.handle_inputs(&inputs, now, tools);
+                // datagrams overtake each other
+                let newest = |hand: &HandWire| self.hand.is_none_or(|known| hand.tick > known.tick);
+                self.hand = hand.filter(newest).or(self.hand);
+            }
             Err(_) => self.inputs.count_malformed(),
         }
+    }
+
+    /// Where its hand was, when it last said so.
+    #[must_use]
+    pub const fn hand(&self) -> Option<&HandWire> {
+        self.hand.as_ref()
+    }
+
+    /// Shows the hand that guides it with the next datagram, or none.
+    pub const fn show_hand(&mut self, hand: Option<HandWire>) {
+        self.teacher = hand;
     }
 
     /// Its samples.
@@ -123,12 +143,13 @@ impl Peer {
     pub fn tool(&self, client: u16, now: Tick, ticks: i64) -> Option<ToolWire> {
         let (sample, touching) = self.last.filter(|(sample, _)| now.since(sample.tick) < ticks)?;
         let Position(centre) = sample.centre;
-        Some(ToolWire { client, centre, tool: runs::shape_of(&sample), touching })
+        Some(ToolWire { client, centre, tool: runs::shape_of(sample.tool, sample.orientation), touching })
     }
 
     /// The datagram for this client with a body that all share.
     pub fn pulse_head(&mut self) -> PulseHead {
-        PulseHead { acknowledged: self.inputs.acknowledged(), slack: self.inputs.take_slack() }
+        let (acknowledged, slack) = (self.inputs.acknowledged(), self.inputs.take_slack());
+        PulseHead { acknowledged, slack, teacher: self.teacher }
     }
 
     /// A head and an encoded body make a datagram, since a message is the bytes of its fields in order.

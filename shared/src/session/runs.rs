@@ -15,10 +15,10 @@ use crate::units::Tick;
 const RUN_BITS_MAX: usize = 8 * 56;
 
 /// The tool of a sample as it travels.
-pub(super) fn shape_of(sample: &ToolSample) -> ShapeWire {
-    match sample.tool {
+pub(super) fn shape_of(tool: Tool, orientation: Orientation) -> ShapeWire {
+    match tool {
         Tool::Sphere(sphere) => ShapeWire::Sphere { radius_um: sphere.micrometres() },
-        Tool::Convex(Shape(shape)) => ShapeWire::Convex { shape, orientation: sample.orientation.0 },
+        Tool::Convex(Shape(shape)) => ShapeWire::Convex { shape, orientation: orientation.0 },
     }
 }
 
@@ -76,7 +76,7 @@ pub fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) ->
             }
             _ => inputs.runs.push(Run {
                 first_tick: sample.tick.0,
-                tool: shape_of(sample),
+                tool: shape_of(sample.tool, sample.orientation),
                 inside: sample.side == Side::Inside,
                 start: sample.centre.0,
                 steps: Steps::default(),

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use pottery_shared::clay::{GridShape, Material, MethodKind, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
-    self, CONTROL_MAX, DATAGRAM_MEMORY_MAX, FrameReader, Greeting, Hello, Inputs, KEYFRAME_MAX, Keyframe, Notice,
-    Pulse, Request, Retelling, Sight,
+    self, CONTROL_MAX, DATAGRAM_MEMORY_MAX, FrameReader, Greeting, Hello, KEYFRAME_MAX, Keyframe, Notice, Pulse,
+    Request, Retelling, Sight, Upload,
 };
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, Peer, Watcher};
@@ -41,7 +41,7 @@ macro_rules! assert_is_read_back {
 /// Any bytes as any message, and as a stream that comes in pieces.
 pub fn envelope(bytes: &[u8]) {
     assert_is_read_back!(bytes, CONTROL_MAX, Greeting, Hello, Request, Notice, Retelling);
-    assert_is_read_back!(bytes, DATAGRAM_MEMORY_MAX, Inputs, Pulse, Sight);
+    assert_is_read_back!(bytes, DATAGRAM_MEMORY_MAX, Upload, Pulse, Sight);
     assert_is_read_back!(bytes, KEYFRAME_MAX, Keyframe);
     let (mut whole, mut pieces) = (FrameReader::default(), FrameReader::default());
     whole.push(bytes);

@@ -7,7 +7,7 @@ use glam::Vec3;
 use pottery_shared::clay::MethodKind;
 use pottery_shared::haptics::{Coupling, DeviceSpecs, Haptics, Setup, Stages, Touch};
 use pottery_shared::tool::Position;
-use pottery_shared::units::{Seconds, Tick};
+use pottery_shared::units::Seconds;
 
 use super::mechanism::{Grip, Mechanism};
 use crate::chart::csv::{Cell, Row};
@@ -103,8 +103,8 @@ fn comes_to_rest(method: MethodKind, grip: Grip, delay_s: f64, stiffness_n_m: f3
     let coupling = has_proxy.then_some(Coupling { stiffness_n_m, damping_ns_m: 0.0 });
     let wall_n_m = if has_proxy { CLAY_N_M.max(10.0 * stiffness_n_m) } else { stiffness_n_m };
     let delay = Seconds(delay_s as f32);
-    let mut chain =
-        Haptics::new(Setup { specs, stages: stages(method), felt_share: 1.0, coupling, delay, period: Tick::PERIOD });
+    let setup = Setup { stages: stages(method), felt_share: 1.0, coupling, delay, ..Setup::for_device(specs, 1.0) };
+    let mut chain = Haptics::new(setup);
     let resolution_m = f64::from(specs.resolution_m);
     let mut hand = Mechanism::at_rest(grip, Vec3::X * 5e-3, resolution_m, delay_s);
     let meant_m = Vec3::X * (-PUSH_N / grip.stiffness_n_m) as f32;

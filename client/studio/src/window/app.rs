@@ -16,7 +16,7 @@ use pottery_client::render::{Camera, Scene, ToolView, Water};
 use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
-use pottery_shared::clay::{Material, Phase, Preset, Wetness};
+use pottery_shared::clay::{Material, Phase, Preset, Target, Wetness};
 use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -26,12 +26,13 @@ use winit::window::WindowId;
 
 use super::depth::to_clay_m;
 use super::files::Files;
+use super::ghost;
 use super::hand::Hand;
 use super::holding::Holding;
 use super::labels;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
-use super::panel::{self, History, Invitation, PanelState, Person, WETNESS};
+use super::panel::{self, Guidance, History, Invitation, PanelState, Person, WETNESS, Wanted};
 use super::stage::{Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
@@ -190,6 +191,7 @@ impl App {
             no_sound: None,
             people: Vec::new(),
             history: History::default(),
+            guidance: Guidance::default(),
             round_trip_ms: 0.0,
             late_percent: 0.0,
             frames_per_s: 0.0,
@@ -266,6 +268,7 @@ impl App {
         for command in self.panel.history.take_wishes() {
             self.command(command);
         }
+        self.ask_for_guidance();
         self.dry();
         let wanted = Settings::of(&self.panel);
         if wanted == self.settings || self.asked_at.elapsed() < ASK_EVERY {
@@ -289,6 +292,24 @@ impl App {
             self.dried_at = Instant::now();
             let step = DRYING_PER_MINUTE * DRY_EVERY.as_secs_f32() / 60.0;
             self.panel.wetness = (self.panel.wetness - step).max(WETNESS.0);
+        }
+    }
+
+    /// Does what the panel asks for of guidance; who lets go of a teacher's hand waits for nobody.
+    fn ask_for_guidance(&mut self) {
+        if self.panel.guidance.take_release() {
+            self.potter.status().end_guidance();
+        }
+        match self.panel.guidance.take_wanted() {
+            Some(Wanted::Pot) => self.panel.guidance.aim_at(Target::of(&self.potter.view().lock().pot)),
+            Some(Wanted::File) => match PotFile::read(self.files.path()) {
+                Ok(file) => self.panel.guidance.aim_at(Target::of(&file.pot().pot())),
+                Err(error) => self.panel.guidance.say(error.to_string()),
+            },
+            None => {}
+        }
+        for command in self.panel.guidance.take_wishes() {
+            self.command(Command::Guide(command));
         }
     }
 
@@ -329,6 +350,13 @@ impl App {
             let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
             tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching, clay_m: None });
         }
+        // the teacher's hand, at whichever wheel it is; and one's own demonstration
+        let ghost_m = status.teacher_m().or(view.guidance.hand.map(|hand| hand.tool.centre.point_m()));
+        if let (Some(hand), Some(centre_m)) = (view.guidance.hand, ghost_m) {
+            let (turn, colour) =
+                (hand.tool.orientation.at(centre_m), colour(hand.tool.client).map(|part| 0.5 + 0.5 * part));
+            tools.push(ToolView { tool: hand.tool.tool, turn, centre_m, colour, touching: false, clay_m: None });
+        }
         self.drawn_tool_m = status.tool_m();
         if let Some(centre_m) = self.drawn_tool_m {
             let holding = &self.panel.holding;
@@ -366,6 +394,7 @@ impl App {
         let mut view = self.potter.view().lock();
         self.panel.rack = view.rack.len();
         self.panel.history.hear(&mut view);
+        self.panel.guidance.hear(&mut view, status, &self.panel.words);
         match view.brought.take() {
             Some(Ok(shape)) if self.takes_brought => self.panel.holding.shape = Some(shape),
             Some(Ok(_)) | None => {}
@@ -420,6 +449,10 @@ impl App {
         let shapes = overlay.lay_out(&stage.window, |ui| {
             let others = self.panel.people.get(1..).unwrap_or_default();
             labels::show(ui.ctx(), &self.panel.words, &self.camera, others, &tools);
+            {
+                let view = self.potter.view().lock();
+                ghost::show(ui.ctx(), &self.camera, &view.guidance, &view.pot, self.drawn_phase);
+            }
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
         self.files.pass(|| {
@@ -467,6 +500,7 @@ impl App {
             || !view.changed.is_empty()
             || view.conditions.phase(self.potter.tick()) != self.drawn_phase
             || view.tools.iter().any(|tool| tool.client != view.number)
+            || view.guidance.pair.is_some()
             || self.potter.status().tool_m() != self.drawn_tool_m
             || self.overlay.as_ref().is_some_and(Overlay::is_moving)
     }

@@ -76,6 +76,11 @@ impl Files {
         }
     }
 
+    /// The pot file that is named.
+    pub(super) fn path(&self) -> &Path {
+        Path::new(&self.path)
+    }
+
     pub(super) fn save(&mut self) {
         self.wish = Some(Wish::Save);
     }

@@ -4,6 +4,7 @@
 //! Invariant: every control that is shown has an effect.
 
 mod clay;
+mod guidance;
 mod history;
 mod invitation;
 mod keys;
@@ -14,6 +15,7 @@ use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::Wetness;
 use pottery_shared::tool::Side;
 
+pub(super) use guidance::{Guidance, Wanted};
 pub(super) use history::History;
 pub(super) use invitation::Invitation;
 
@@ -66,6 +68,7 @@ pub(super) struct PanelState {
     pub(super) no_sound: Option<String>,
     pub(super) people: Vec<Person>,
     pub(super) history: History,
+    pub(super) guidance: Guidance,
     pub(super) round_trip_ms: f32,
     pub(super) late_percent: f32,
     pub(super) frames_per_s: f32,
@@ -183,6 +186,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     ui.separator();
     show_force(ui, state);
     ui.separator();
+    state.guidance.show(ui, &state.words);
     state.history.show(ui, &state.words);
     ui.separator();
     files.show(ui, &state.words);

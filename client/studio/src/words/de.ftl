@@ -106,6 +106,48 @@ coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Pl
 closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück
 
+## Die Hand der Lehrperson
+
+guidance = Die Hand der Lehrperson
+guide-point = zeigen
+guide-point-hint = man sieht dein Werkzeug, und was du damit auf den Topf zeichnest
+guide-lead = führen
+guide-lead-hint = das andere Werkzeug wird zu deinem gezogen, je besser es folgt, desto weniger
+guide-share = teilen
+guide-share-hint = gedrückt wird zwischen beiden Händen, so viel Prozent des Wegs zu deiner
+guide-noise = stören
+guide-noise-hint = kleine Stöße ohne Ordnung: was gegen sie geübt wird, bleibt länger
+guide-repel = abstoßen
+guide-repel-hint = das andere Werkzeug wird von deinem weggedrückt
+guide-nobody = wen führen?
+guide-strength = Stärke
+guide = führen (N)
+take-over = übernehmen (J)
+let-go = loslassen (J)
+wipe = wischen
+guided-by = Töpfer { $number } führt dich: { $mode }, { $percent } %
+guided-apart = { $apart } mm vom Werkzeug der Lehrperson, { $late } ms später gezeigt
+guided-help = Hilfe
+guided-force = die Lehrperson spürt { $force } N
+record = aufnehmen (U)
+record-keep = behalten (U)
+play = vorführen (Y)
+play-halt = deine Hand (Y)
+play-speed = Tempo
+target = was der Topf werden soll
+target-pot = wie dein Topf jetzt
+target-file = wie die Topfdatei oben
+target-none = nichts
+target-figures = { $rms } mm RMS daneben, höchstens { $most } mm bei { $at } mm; { $higher } mm höher
+ended-teacher = Die Lehrperson hat losgelassen.
+ended-student = Die geführte Hand hat losgelassen.
+ended-gone = Die andere Hand ist fort.
+ended-replaced = Die Lehrperson führt jetzt eine andere Hand.
+no-guidance-teacher = Nur eine Lehrperson kann eine Hand führen.
+no-guidance-nobody = Niemand mit dieser Nummer arbeitet an einer Scheibe.
+no-guidance-hand = Wer führt, braucht einen Platz an einer Scheibe.
+no-guidance-unknown = Der Server kennt das nicht; ist er von einer anderen Version?
+
 ## The keys
 
 keys = Tasten
@@ -128,6 +170,9 @@ key-front = Ansicht wie am Anfang
 key-views = als Profil, von oben
 key-cut = den Topf aufschneiden, schließen
 key-finish = als Ton, gebrannt, glasiert zeigen
+key-take-over = ein Werkzeug übernehmen; loslassen, oder sich von der Hand lösen
+key-guide = führen wie gewählt, loslassen
+key-record = die eigene Hand aufnehmen, vorführen
 key-undo = den letzten eigenen Strich zurücknehmen, wiederholen
 key-new = neuer Topf für alle, wie am Anfang
 key-files = den Topf speichern, ausgeben

@@ -106,6 +106,48 @@ coming-back = the connection broke; coming back to your seat …
 closed = the studio has closed; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back
 
+## A teacher's hand
+
+guidance = A teacher's hand
+guide-point = point
+guide-point-hint = the student sees your tool, and what you draw on the pot with it
+guide-lead = lead
+guide-lead-hint = the student's tool is drawn to yours, the less the better it follows
+guide-share = share
+guide-share-hint = the tool is pressed between both hands, so many percent of the way to yours
+guide-noise = disturb
+guide-noise-hint = small pushes without order: what is practised against them is kept longer
+guide-repel = repel
+guide-repel-hint = the student's tool is pushed away from yours
+guide-nobody = choose a student
+guide-strength = strength
+guide = guide (N)
+take-over = take over (J)
+let-go = let go (J)
+wipe = wipe
+guided-by = potter { $number } guides you: { $mode }, { $percent } %
+guided-apart = { $apart } mm from the teacher's tool, shown { $late } ms late
+guided-help = help
+guided-force = the teacher feels { $force } N
+record = record (U)
+record-keep = keep it (U)
+play = show it (Y)
+play-halt = your hand (Y)
+play-speed = speed
+target = what the pot is to become
+target-pot = as your pot is now
+target-file = as the pot file above
+target-none = nothing
+target-figures = off by { $rms } mm RMS, { $most } mm at most at { $at } mm; { $higher } mm higher
+ended-teacher = The teacher has let go.
+ended-student = The student has let go.
+ended-gone = The other hand is gone.
+ended-replaced = The teacher guides another hand now.
+no-guidance-teacher = Only a teacher can guide a hand.
+no-guidance-nobody = Nobody of that number works at a wheel.
+no-guidance-hand = Who guides needs a place at a wheel.
+no-guidance-unknown = The server does not know that; is it of another version?
+
 ## The keys
 
 keys = Keys
@@ -128,6 +170,9 @@ key-front = view as at first
 key-views = as a profile, from above
 key-cut = cut the pot open, close it
 key-finish = shown as clay, fired, glazed
+key-take-over = take a student's tool over; let go, or be free of a teacher's hand
+key-guide = guide as chosen, let go
+key-record = record your hand, show it
 key-undo = undo your last stroke, redo it
 key-new = new pot for everybody, as it began
 key-files = save the pot, export it

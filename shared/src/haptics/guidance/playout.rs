@@ -11,7 +11,8 @@ use crate::units::{Seconds, Tick};
 
 /// A tool's places on their way through a network.
 ///
-/// A place is `age` ticks old when the hand's own tick is that much later than its own. What is played is `lag` ticks old, and the
+/// A place is `age` ticks old when the hand's own tick is that much later than its own; a hand runs ahead of the room by what its line
+/// takes, so that a place is old in it that has just come. What is played is `lag` ticks old, and the
 /// lag follows the largest age of late: up by standing still, down by going a fifth faster. So what is lost or late is bridged by
 /// what came after it, and nothing is ever extrapolated: a teacher who stops would be felt beyond where she stopped.
 #[derive(Clone, Copy, Debug)]
@@ -23,19 +24,22 @@ pub(super) struct Playout {
     worst: f32,
     lag: Option<f32>,
     asked: Option<Tick>,
+    /// The newest place that was there when it was last asked, and since when.
+    fresh: Option<(Tick, Tick)>,
 }
 
 impl Default for Playout {
     fn default() -> Self {
-        Self { places: [None; Self::PLACES_MAX], next: 0, worst: 0.0, lag: None, asked: None }
+        Self { places: [None; Self::PLACES_MAX], next: 0, worst: 0.0, lag: None, asked: None, fresh: None }
     }
 }
 
 impl Playout {
     /// Places that are kept: a second of them.
     const PLACES_MAX: usize = 64;
-    /// A teacher of whom nothing was heard for longer has vanished, ticks.
+    /// A teacher of whom nothing new was heard for longer has vanished, ticks; and so has one whose newest place is that old.
     const SILENCE_MAX: i64 = 400;
+    const AGE_MAX: i64 = 2000;
     /// Places farther apart in time are not joined: the tool was away.
     const GAP_MAX: i64 = 250;
     /// How fast a bad moment is forgotten, ticks a tick: one of 20 ms in a second.
@@ -66,7 +70,8 @@ impl Playout {
     pub(super) fn at(&mut self, now: Tick) -> Option<Vec3> {
         let (newest, _) = self.newest()?;
         let age = now.since(newest);
-        if age > Self::SILENCE_MAX {
+        let (_, since) = *self.fresh.insert(self.fresh.filter(|(known, _)| *known == newest).unwrap_or((newest, now)));
+        if now.since(since) > Self::SILENCE_MAX || age > Self::AGE_MAX {
             self.lag = None;
             return None;
         }

@@ -79,6 +79,10 @@ impl App {
                     monitor.recentre();
                 }
             }
+            Key::Character("j" | "J") => self.panel.guidance.take_over_or_let_go(),
+            Key::Character("n" | "N") => self.panel.guidance.switch(),
+            Key::Character("u" | "U") => self.panel.guidance.record(),
+            Key::Character("y" | "Y") => self.panel.guidance.play(),
             Key::Character("p" | "P") => self.panel.fold(),
             Key::Character("m" | "M") => self.panel.is_heard = !self.panel.is_heard,
             Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,

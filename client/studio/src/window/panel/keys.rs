@@ -8,7 +8,7 @@ use egui::{Align2, RichText};
 use crate::words::Words;
 
 /// How a key is written, as it is or by the message of that name, and the message of what it does.
-const KEYS: [(&str, &str); 24] = [
+const KEYS: [(&str, &str); 27] = [
     ("Enter", "key-force"),
     ("press-left", "key-press"),
     ("press-wheel", "key-push"),
@@ -28,6 +28,9 @@ const KEYS: [(&str, &str); 24] = [
     ("2, 3", "key-views"),
     ("K", "key-cut"),
     ("L", "key-finish"),
+    ("J", "key-take-over"),
+    ("N", "key-guide"),
+    ("U, Y", "key-record"),
     ("Ctrl + Z, Ctrl + Y", "key-undo"),
     ("Ctrl + N", "key-new"),
     ("Ctrl + S, Ctrl + E", "key-files"),

@@ -1,0 +1,109 @@
+//! What a teacher shows over the picture: lines drawn on the pot, and the pot that it is to become.
+//!
+//! Owns how they are painted; what was drawn and what is wanted are the potter's view's.
+//! Invariant: what is on the far side of a pot is not painted over its near side.
+
+use egui::{Color32, LayerId, Order, Painter, Pos2, Rect, Shape, Stroke, Vec2};
+use glam::Vec3;
+use pottery_client::guiding::{GuidanceShown, LinePlace};
+use pottery_client::render::Camera;
+use pottery_shared::clay::{Phase, Pot, Target};
+
+/// How far over the clay lines are painted, m.
+const OVER_M: f32 = 0.0005;
+/// Rings of a pot that is wanted, and points of a ring.
+const RINGS: usize = 9;
+const RING_POINTS: usize = 48;
+/// Every how manieth point of a profile is painted.
+const PROFILE_STEP: usize = 2;
+const LINE: Color32 = Color32::from_rgb(0xff, 0xd8, 0x40);
+const WANTED: Color32 = Color32::from_rgba_premultiplied(0x50, 0xa8, 0xc8, 0xb0);
+
+/// Where the room is seen.
+struct Sight<'a> {
+    camera: &'a Camera,
+    window: Rect,
+}
+
+impl Sight<'_> {
+    fn place(&self, point_m: Vec3) -> Option<Pos2> {
+        let size = self.window.size();
+        let at = self.camera.ndc(point_m, size.x / size.y.max(1.0))?;
+        Some(self.window.min + Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * size)
+    }
+
+    /// Whether a point of an upright wall that looks away from the axis is turned to the camera.
+    fn is_near_side(&self, point_m: Vec3) -> bool {
+        (self.camera.eye_m() - point_m).dot(point_m.with_z(0.0)) > 0.0
+    }
+
+    /// Paints the parts of a line that are turned to the camera, or all of it.
+    fn line(&self, painter: &Painter, points_m: &[Vec3], stroke: Stroke, everywhere: bool) {
+        let mut part = Vec::new();
+        for point_m in points_m {
+            match self.place(*point_m).filter(|_| everywhere || self.is_near_side(*point_m)) {
+                Some(place) => part.push(place),
+                None => draw(painter, &mut part, stroke),
+            }
+        }
+        draw(painter, &mut part, stroke);
+    }
+}
+
+fn draw(painter: &Painter, part: &mut Vec<Pos2>, stroke: Stroke) {
+    if part.len() > 1 {
+        painter.add(Shape::line(std::mem::take(part), stroke));
+    }
+    part.clear();
+}
+
+/// Paints what the teacher drew and what the pot is to become, over the pot and under everything else.
+pub(super) fn show(context: &egui::Context, camera: &Camera, shown: &GuidanceShown, pot: &Pot, phase: Phase) {
+    let sight = Sight { camera, window: context.content_rect() };
+    let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("ghosts")));
+    if let Some(target) = &shown.target {
+        paint_target(&sight, &painter, target);
+    }
+    for line in shown.lines.chunk_by(|_, next| !next.begins) {
+        let points_m: Vec<_> = line.iter().map(|place| on_clay_m(pot, phase, place)).collect();
+        sight.line(&painter, &points_m, Stroke::new(3.0, LINE), false);
+    }
+}
+
+/// A place of a line, on the clay of the pot as it is turned, m.
+fn on_clay_m(pot: &Pot, phase: Phase, place: &LinePlace) -> Vec3 {
+    let surface = &pot.surfaces()[0];
+    let shape = surface.shape();
+    let out = place.at_m.with_z(0.0).normalize_or(Vec3::X);
+    let column = (out.y.atan2(out.x) / shape.column_angle_rad()).round() as i64;
+    let row = (place.at_m.z / surface.row_height_m()).round().clamp(0.0, (shape.rows() - 1) as f32) as usize;
+    let radius_m = surface.column_m(shape.wrap(column as i64))[row] + OVER_M;
+    phase.room_from_pot((out * radius_m).with_z(place.at_m.z))
+}
+
+/// The pot that is wanted: rings, and the outline as it is seen from here.
+fn paint_target(sight: &Sight<'_>, painter: &Painter, target: &Target) {
+    let height_m = target.height_m();
+    let stroke = Stroke::new(1.5, WANTED);
+    for ring in 0..RINGS {
+        let at_m = height_m * ring as f32 / (RINGS - 1) as f32;
+        let Some(radius_m) = target.radius_m(at_m) else { continue };
+        let points_m: Vec<_> = (0..=RING_POINTS)
+            .map(|point| {
+                let (sin, cos) = (std::f32::consts::TAU * point as f32 / RING_POINTS as f32).sin_cos();
+                Vec3::new(radius_m * cos, radius_m * sin, at_m)
+            })
+            .collect();
+        // the rim is seen all round, as a look into the pot
+        sight.line(painter, &points_m, stroke, ring == RINGS - 1);
+    }
+    let towards = (sight.camera.eye_m() - sight.camera.target_m).with_z(0.0).normalize_or(Vec3::X);
+    let aside = towards.cross(Vec3::Z);
+    let step_m = height_m / (Target::POINTS - 1) as f32;
+    for sign in [-1.0, 1.0] {
+        let radii_m = target.radii_m().iter().enumerate().step_by(PROFILE_STEP);
+        let points_m: Vec<_> =
+            radii_m.map(|(row, radius_m)| (aside * (sign * radius_m)).with_z(row as f32 * step_m)).collect();
+        sight.line(painter, &points_m, Stroke::new(2.0, WANTED), true);
+    }
+}
