@@ -96,6 +96,8 @@ pub(crate) struct Guiding {
     recording: Option<(Tick, Demonstration)>,
     kept: Option<Arc<Demonstration>>,
     playing: Option<Playing>,
+    /// The tool pointed and presses again once it is out of the clay.
+    lifts_first: bool,
 }
 
 #[derive(Debug)]
@@ -157,6 +159,7 @@ impl Guiding {
                 let is_felt = pair.guidance.mode() != GuidanceMode::Point;
                 self.tell(side, GuideNews::Leads(is_felt));
                 side.status().point(!is_felt || sits_beside(session, pair.student));
+                self.lifts_first = false;
                 let mut view = view.lock();
                 (view.guidance.pair, view.guidance.ended) = (Some(pair), None);
             }
@@ -176,7 +179,8 @@ impl Guiding {
         side.status().end_guidance();
         self.tell(side, GuideNews::Guided(None));
         self.tell(side, GuideNews::Leads(false));
-        side.status().point(false);
+        // a tool that points in the clay is not to press it now
+        self.lifts_first = side.status().is_pointing();
         let mut view = view.lock();
         (view.guidance.pair, view.guidance.hand) = (None, None);
         view.guidance.lines.clear();
@@ -201,6 +205,10 @@ impl Guiding {
     pub(crate) fn pass(&mut self, session: &mut Client, side: &NetSide, view: &SharedView, now: Duration) {
         let tick = Tick(0).offset(now.as_millis() as i64 + session.tick_offset());
         let own = own_hand(session.number(), side, tick);
+        if self.lifts_first && own.is_none_or(|own| !own.tool.touching) {
+            self.lifts_first = false;
+            side.status().point(false);
+        }
         if let (Some((began, recording)), Some(hand)) = (&mut self.recording, &own) {
             if recording.is_empty() {
                 *began = tick;
