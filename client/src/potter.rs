@@ -78,7 +78,7 @@ impl Seat {
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
         let way_back = WayBack::new(endpoint.clone(), target.clone());
-        let worker = Worker::new(joined, session, net_side, view.clone(), received, epoch, way_back, options.record);
+        let worker = Worker::new((joined, session), net_side, view.clone(), received, epoch, way_back, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

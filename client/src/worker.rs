@@ -125,8 +125,7 @@ pub struct Worker {
 impl Worker {
     /// Takes over a welcomed connection.
     pub(crate) fn new(
-        joined: Joined,
-        session: Client,
+        (joined, session): (Joined, Client),
         side: NetSide,
         view: SharedView,
         commands: mpsc::Receiver<Command>,

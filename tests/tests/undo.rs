@@ -39,7 +39,7 @@ enum Parcel {
 enum Person {
     Coming,
     Potter(Box<Client>),
-    Looker(Watcher),
+    Looker(Box<Watcher>),
 }
 
 struct World {
@@ -197,7 +197,7 @@ impl World {
                 let round_trip = Duration::from_millis(50);
                 *person = match Client::open(&frame, self.now, round_trip) {
                     Ok(client) => Person::Potter(Box::new(client)),
-                    Err(_) => Person::Looker(Watcher::open(&frame, round_trip).unwrap()),
+                    Err(_) => Person::Looker(Box::new(Watcher::open(&frame, round_trip).unwrap())),
                 };
             }
             (Parcel::Told(frame), Person::Potter(client)) => client.handle_control(&frame).unwrap(),

@@ -2,8 +2,6 @@
 //!
 //! A real window on a virtual display, a real server, and a teacher without a window.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::net::SocketAddr;
 use std::process::Child;
 use std::time::{Duration, Instant};

@@ -10,7 +10,7 @@ use super::{Lane, PeerId, Room, Transmit};
 use crate::protocol::{
     GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, Notice, Request, ShapeWire, TargetWire,
 };
-use crate::session::{Peer, guidance_of, hand_of, target_of};
+use crate::session::{Peer, guidance_of, target_of};
 use crate::tool::{Sphere, rack};
 
 /// A teacher's hand on a student's.
@@ -18,7 +18,6 @@ use crate::tool::{Sphere, rack};
 struct Lead {
     teacher: PeerId,
     student: PeerId,
-    wire: LeadWire,
 }
 
 /// Everything of the kind in a room.
@@ -66,7 +65,7 @@ impl Room {
         });
         let wire = LeadWire { teacher: client, student, guidance };
         self.guidance.leads.retain(|lead| lead.teacher != peer);
-        self.guidance.leads.push(Lead { teacher: peer, student: other, wire });
+        self.guidance.leads.push(Lead { teacher: peer, student: other });
         for to in [peer, other] {
             self.send(to, Lane::Control(Peer::notice(&Notice::Guidance(wire))));
         }
@@ -81,7 +80,7 @@ impl Room {
             ended.extend(why.map(|why| (*lead, why)));
             why.is_none()
         });
-        for (Lead { teacher, student, .. }, why) in ended {
+        for (Lead { teacher, student }, why) in ended {
             let notice = Peer::notice(&Notice::GuidanceEnded(why));
             for to in [teacher, student].into_iter().filter(|to| self.places.contains_key(to)) {
                 self.outbox.push_back(Transmit { to, lane: Lane::Control(notice.clone()) });
@@ -123,11 +122,10 @@ impl Room {
     /// Passes every teacher's hand on to the student, with the next pulse.
     pub(super) fn relay_hands(&mut self) {
         for at in 0..self.guidance.leads.len() {
-            let Lead { teacher, student, wire } = self.guidance.leads[at];
+            let Lead { teacher, student } = self.guidance.leads[at];
             let (Some(&from), Some(&to)) = (self.places.get(&teacher), self.places.get(&student)) else { continue };
             let hand = self.benches[from].hand(teacher).map(|hand| if from == to { hand } else { elsewhere(hand) });
-            let is_sound = hand.as_ref().is_some_and(|hand| hand_of(wire.teacher, hand).is_some());
-            self.benches[to].show_hand(student, hand.filter(|_| is_sound));
+            self.benches[to].show_hand(student, hand);
         }
     }
 }

@@ -63,9 +63,15 @@ pub fn hand_wire(hand: &GuidingHand) -> HandWire {
     HandWire { tick: hand.tick.0, centre, tool, force_mn, draws: hand.draws }
 }
 
-/// A hand of a client as it is told on; none for a tool that cannot be, or a place that is out of reach.
+/// Ticks of a room that has been open for thousands of years: there is none.
+const TICK_MAX: u64 = 1 << 48;
+
+/// A hand of a client as it is told on; none for a tool or a time that cannot be, or a place that is out of reach.
 #[must_use]
 pub fn hand_of(client: u16, wire: &HandWire) -> Option<GuidingHand> {
+    if wire.tick > TICK_MAX {
+        return None;
+    }
     let tool = remote_tool(&ToolWire { client, centre: wire.centre, tool: wire.tool, touching: wire.draws })?;
     let force_n = f32::from(wire.force_mn) * 1e-3;
     Some(GuidingHand { tick: Tick(wire.tick), tool, force_n, draws: wire.draws })

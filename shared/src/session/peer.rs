@@ -5,9 +5,9 @@
 
 use alloc::vec::Vec;
 
-use super::Allowance;
 use super::inputs::InputQueue;
 use super::runs;
+use super::{Allowance, hand_of};
 use crate::protocol::{self, Greeting, HandWire, Hello, Notice, Pulse, PulseHead, Refusal, Request, ToolWire, Upload};
 use crate::tool::{Position, ToolSample};
 use crate::units::Tick;
@@ -98,8 +98,8 @@ impl Peer {
             Ok(Upload { inputs, hand }) => {
                 self.inputs.handle_inputs(&inputs, now, tools);
                 // datagrams overtake each other
-                let newest = |hand: &HandWire| self.hand.is_none_or(|known| hand.tick > known.tick);
-                self.hand = hand.filter(newest).or(self.hand);
+                let is_newest = |hand: &HandWire| self.hand.is_none_or(|known| hand.tick > known.tick);
+                self.hand = hand.filter(|hand| is_newest(hand) && hand_of(0, hand).is_some()).or(self.hand);
             }
             Err(_) => self.inputs.count_malformed(),
         }

@@ -77,7 +77,7 @@ fn on_clay_m(pot: &Pot, phase: Phase, place: &LinePlace) -> Vec3 {
     let out = place.at_m.with_z(0.0).normalize_or(Vec3::X);
     let column = (out.y.atan2(out.x) / shape.column_angle_rad()).round() as i64;
     let row = (place.at_m.z / surface.row_height_m()).round().clamp(0.0, (shape.rows() - 1) as f32) as usize;
-    let radius_m = surface.column_m(shape.wrap(column as i64))[row] + OVER_M;
+    let radius_m = surface.column_m(shape.wrap(column))[row] + OVER_M;
     phase.room_from_pot((out * radius_m).with_z(place.at_m.z))
 }
 
