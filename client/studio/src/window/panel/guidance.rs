@@ -192,11 +192,17 @@ impl Guidance {
         if !is_shown {
             return;
         }
-        ui.label(RichText::new(words.say("guidance")).strong());
-        match self.part {
-            Part::Student => self.show_student(ui, words),
-            Part::Teacher | Part::None if self.teaches => self.show_teacher(ui, words),
-            Part::Teacher | Part::None => {}
+        let title = RichText::new(words.say("guidance")).strong();
+        if self.teaches && self.part != Part::Student {
+            // folded as long as there is nobody to guide
+            let is_alone = self.students.is_empty();
+            let header = egui::CollapsingHeader::new(title).id_salt(("guidance", is_alone)).default_open(!is_alone);
+            header.show(ui, |ui| self.show_teacher(ui, words));
+        } else {
+            ui.label(title);
+            if self.part == Part::Student {
+                self.show_student(ui, words);
+            }
         }
         if let Some((_, sentence)) = &self.said {
             ui.label(RichText::new(sentence).small());
