@@ -17,6 +17,10 @@ use rustls::{CertificateError, DigitallySignedStruct, SignatureScheme};
 
 use crate::JoinError;
 
+/// What a way and back is taken to be before it is known: a handshake of which something is lost is tried again after three
+/// of them, where the default waits for a second and then for two, which a person takes for a studio that is not there.
+const INITIAL_RTT: Duration = Duration::from_millis(100);
+
 /// Name under which servers are addressed in the handshake; the fingerprint is what counts.
 pub(crate) const SERVER_NAME: &str = "pottery-studio";
 
@@ -69,7 +73,8 @@ pub(crate) fn config_for(code: &JoinCode, known: Option<[u8; 32]>) -> Result<qui
         .packet_threshold(16)
         .time_threshold(2.0)
         .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(10_000))))
-        .keep_alive_interval(Some(Duration::from_secs(3)));
+        .keep_alive_interval(Some(Duration::from_secs(3)))
+        .initial_rtt(INITIAL_RTT);
     let mut config = quinn::ClientConfig::new(Arc::new(crypto));
     config.transport_config(Arc::new(transport));
     Ok(config)

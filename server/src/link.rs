@@ -7,8 +7,10 @@
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use bytes::Bytes;
+use pottery_shared::session::{Pace, Telling};
 use tokio::sync::{Semaphore, mpsc};
 use web_transport_quinn::Session;
 
@@ -41,16 +43,42 @@ pub(crate) struct Link {
     control: mpsc::Sender<Outgoing>,
     keyframes: Arc<Semaphore>,
     dropped: AtomicU64,
-    /// Packets that were lost on the way when it was last asked.
-    lost: AtomicU64,
+    /// Packets that were lost on the way when it was last looked at.
+    lost: u64,
+    /// Shortest times of a way and back, of this span and the one before.
+    shortest: [Duration; 2],
+    span_began: Duration,
+    pace: Pace,
 }
+
+/// What a line showed of itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    /// Whether packets were lost on the way since the last look.
+    pub(crate) has_lost: bool,
+    /// How the client should be told.
+    pub(crate) telling: Telling,
+}
+
+/// How long the shortest time of a way and back counts.
+const SPAN: Duration = Duration::from_secs(20);
 
 impl Link {
     /// A link and the frames that are to be written to the control stream.
     pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
         let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES_MAX));
-        (Self { session, control, keyframes, dropped: AtomicU64::new(0), lost: AtomicU64::new(0) }, outgoing)
+        let link = Self {
+            session,
+            control,
+            keyframes,
+            dropped: AtomicU64::new(0),
+            lost: 0,
+            shortest: [Duration::MAX; 2],
+            span_began: Duration::ZERO,
+            pace: Pace::default(),
+        };
+        (link, outgoing)
     }
 
     /// Where the peer is.
@@ -63,10 +91,18 @@ impl Link {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// Whether packets were lost on the way since it was last asked.
-    pub(crate) fn has_lost(&self) -> bool {
-        let lost = quinn::Connection::stats(&self.session).path.lost_packets;
-        self.lost.swap(lost, Ordering::Relaxed) < lost
+    /// Looks at the line, now and then.
+    pub(crate) fn look(&mut self, now: Duration) -> Look {
+        let path = quinn::Connection::stats(&self.session).path;
+        if now.saturating_sub(self.span_began) > SPAN {
+            self.shortest = [path.rtt, self.shortest[0]];
+            self.span_began = now;
+        }
+        self.shortest[0] = self.shortest[0].min(path.rtt);
+        self.pace.handle(path.rtt, self.shortest[0].min(self.shortest[1]), now);
+        let has_lost = path.lost_packets > self.lost;
+        self.lost = path.lost_packets;
+        Look { has_lost, telling: self.pace.telling() }
     }
 
     /// Sends now or never. What finds the buffer full is dropped and counted, and so is what is longer than the path takes, which

@@ -14,7 +14,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
-use crate::link::Link;
+use crate::link::{Link, Look};
 use crate::recording::Recorder;
 use crate::store::Store;
 use crate::{Figures, Standing};
@@ -122,8 +122,13 @@ impl Ticking {
         }
         if due >= self.look_at {
             self.look_at = due + LOOK_EVERY;
-            for (&peer, _) in self.links.iter().filter(|(_, link)| link.has_lost()) {
-                self.room.handle_loss(peer);
+            let now = self.started.elapsed();
+            for (&peer, link) in &mut self.links {
+                let Look { has_lost, telling } = link.look(now);
+                if has_lost {
+                    self.room.handle_loss(peer);
+                }
+                self.room.set_telling(peer, telling);
             }
             self.keep_pots();
         }

@@ -85,7 +85,9 @@ pub fn server_config(certificate: Certificate) -> Result<quinn::ServerConfig, Se
         .packet_threshold(16)
         .time_threshold(2.0)
         .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(10_000))))
-        .keep_alive_interval(Some(Duration::from_secs(3)));
+        .keep_alive_interval(Some(Duration::from_secs(3)))
+        // a handshake of which something is lost is tried again after three times this, as at the client's end
+        .initial_rtt(Duration::from_millis(100));
     let mut config = quinn::ServerConfig::with_crypto(Arc::new(tls));
     config.transport_config(Arc::new(transport)).max_incoming(256);
     Ok(config)

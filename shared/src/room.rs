@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 
 use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{NoGuidance, NoOrder, Notice, PersonWire, Request, Role};
-use crate::session::{Peer, PeerError, Refusals};
+use crate::session::{Peer, PeerError, Refusals, Telling};
 use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
 use arriving::Waiting;
@@ -362,7 +362,7 @@ impl Room {
             }
             Request::Resync { have } => {
                 self.counts.resyncs += 1;
-                bench.resync(peer, have, &mut self.outbox);
+                bench.answer_resync(peer, have, self.now, &mut self.outbox);
             }
             Request::Mend { have, tiles } => {
                 self.counts.mends += 1;
@@ -395,6 +395,13 @@ impl Room {
     pub fn handle_loss(&mut self, peer: PeerId) {
         if let Some(&place) = self.places.get(&peer) {
             self.benches[place].note_loss(peer, self.now);
+        }
+    }
+
+    /// Takes in how a peer at a wheel is to be told from now on.
+    pub fn set_telling(&mut self, peer: PeerId, telling: Telling) {
+        if let Some(&place) = self.places.get(&peer) {
+            self.benches[place].set_telling(peer, telling);
         }
     }
 

@@ -15,6 +15,7 @@ mod guidance;
 mod inputs;
 mod lead;
 mod mending;
+mod pace;
 mod peer;
 mod redundancy;
 mod runs;
@@ -33,6 +34,7 @@ pub use guidance::{
 pub use inputs::{InputQueue, Refusals};
 pub use lead::Lead;
 pub use mending::MendCounts;
+pub use pace::{Pace, Telling};
 pub use peer::{Peer, PeerError};
 pub use runs::pack;
 pub(crate) use tools::with_one_more;

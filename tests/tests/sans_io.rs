@@ -313,7 +313,9 @@ fn what_a_clean_line_lost_is_told_again_and_then_everything_twice() {
     };
     times(0..at_deaf - 7, 1);
     let last = world.carried.keys().map(|(_, version, _)| *version).max().unwrap();
-    times(at_deaf + 8..last, 2);
+    // and the last third of a second three times more, when there is nothing else to tell
+    times(at_deaf + 8..last - 19, 2);
+    times(last - 19..last, 5);
 }
 
 #[test]

@@ -20,7 +20,7 @@ use pottery_shared::clay::{Conditions, Phase, Pot, PotSpec, SubStep, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
-use pottery_tests::line::{Quality, Rate};
+use pottery_tests::line::{BurstLoss, Quality, Rate};
 use pottery_tests::network::Network;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -335,6 +335,38 @@ fn awful_ends_with_the_same_clay() {
     assert_same_clay("awful", 3, Quality::AWFUL, 1..4);
 }
 
+/// 100 ± 40 ms each way and 5 % of the packets lost, most of them in bursts of a tenth of a second.
+const BURSTS: Quality = Quality {
+    latency: ms(60),
+    jitter: ms(80),
+    loss: BurstLoss { every: ms(1000), lasts: ms(100), in_burst: 0.5, otherwise: 0.005 },
+    duplicates: 0.0,
+    rate: None,
+};
+
+/// `POTTERY_SEEDS=500` tries so many instead of a few.
+#[test]
+fn every_seed_of_a_line_that_loses_in_bursts_ends_with_the_same_clay_soon_after_the_last_press() {
+    let seeds = std::env::var("POTTERY_SEEDS").map_or(4, |seeds| seeds.parse().unwrap());
+    let mut settled: Vec<_> = (0..seeds)
+        .map(|seed| {
+            let outcome = in_virtual_time(press_together(1000 + seed, 2, BURSTS));
+            let rest = outcome.pressed_mm3 / outcome.by_hand_mm3 - 1.0;
+            assert!(rest.abs() < 0.03 && outcome.by_hand_mm3 > 1_000.0, "seed {seed}: {outcome:?}");
+            (outcome.settled_after, seed)
+        })
+        .collect();
+    settled.sort_unstable();
+    let at = |share: f64| settled[((settled.len() - 1) as f64 * share) as usize];
+    println!(
+        "{seeds} seeds: settled after p50 {:?}, p90 {:?}, p99 {:?}, at most {:?}",
+        at(0.5),
+        at(0.9),
+        at(0.99),
+        at(1.0)
+    );
+}
+
 /// Twice the same packets at the same times, to the last sample. What TLS rolls by itself only changes sizes: a signature
 /// takes 70 to 72 bytes. So there is no rate here, for which a byte more is a moment later.
 #[test]
@@ -427,7 +459,7 @@ fn a_late_joiner_in_the_middle_of_pressing_ends_with_the_same_clay() {
 }
 
 #[test]
-fn a_line_too_narrow_for_the_clay_catches_up_and_slows_nobody() {
+fn a_narrow_line_is_told_less_often_and_neither_runs_over_nor_slows_anybody() {
     in_virtual_time(async {
         let studio = Studio::open(51);
         let mut people = Vec::new();
@@ -442,7 +474,8 @@ fn a_line_too_narrow_for_the_clay_catches_up_and_slows_nobody() {
         let slowest = studio.settle(&people, ms(30_000)).await;
         let (_, down) = studio.network.counts_of(people[2].address).unwrap();
         println!("settled {others:?} after the last press, the slow one {slowest:?}; {down:?}");
-        assert!(down.overflowed > 0);
+        // sixty pulses a second for four seconds ran over: 6 kB a second are a hundred bytes each
+        assert!(down.overflowed == 0 && down.packets < 150, "{down:?}");
         studio.close(people).await;
     });
 }

@@ -5,12 +5,15 @@
 
 mod hands;
 mod holding;
+mod keyframes;
+mod pulses;
 mod stepping;
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
 use self::holding::Hold;
+use self::pulses::Way;
 use self::stepping::Wish;
 use super::history::{History, Setting};
 use super::journal::{Happening, Journal, WheelState};
@@ -19,10 +22,9 @@ use super::view::View;
 use super::{Lane, Outbox, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, PotSpec, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{
-    self, Body, ClayWire, Fragment, FragmentOf, Keyframe, MeshWire, NoTool, Notice, PotWire, Retelling, StepsWire,
-    ToolWire, Welcome, WheelWire,
+    self, ClayWire, FragmentOf, MeshWire, NoTool, Notice, PotWire, Retelling, StepsWire, ToolWire, Welcome, WheelWire,
 };
-use crate::session::{BROUGHT_MAX, Peer, Refusals, tool_of, with_one_more};
+use crate::session::{BROUGHT_MAX, Peer, Refusals, Telling, tool_of, with_one_more};
 use crate::snapshot::{Author, Detail, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
@@ -35,10 +37,6 @@ const SETTINGS_EVERY: u64 = 50;
 const TELL_EVERY: u64 = 10;
 /// Samples of one tool done in one tick when they come late.
 const CATCH_UP_MAX: usize = 8;
-/// Pulses between two digests: a quarter of a second.
-const DIGEST_EVERY: u64 = 15;
-/// Snapshots after which a keyframe is made anew for those who come: a quarter of a second.
-const WHOLE_VERSIONS_MAX: u32 = 15;
 /// Ticks after which a resting tool is no longer shown.
 const TOOL_SHOWN_TICKS: i64 = 500;
 /// Most tools told of in a pulse.
@@ -54,6 +52,11 @@ struct Seat {
     works: bool,
     /// What it missed and asked for: everything newer than this version.
     again_from: Option<Version>,
+    telling: Telling,
+    /// From which version it was last told by a keyframe, and when.
+    answered: Option<(u32, Tick)>,
+    /// The snapshots that it was told of with the last pulse and the one before.
+    told_of: [Version; 2],
     /// Gone, but with samples still to be pressed.
     leaving: bool,
     told_steps: StepsWire,
@@ -67,20 +70,6 @@ struct Whole {
     version: Version,
     tick: Tick,
     bytes: Vec<u8>,
-}
-
-/// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
-#[derive(Debug)]
-struct Way {
-    version: Version,
-    delta: Vec<Fragment>,
-    transcript: Vec<Fragment>,
-}
-
-impl Way {
-    fn fragments(&self, retells: bool) -> &[Fragment] {
-        if retells { &self.transcript } else { &self.delta }
-    }
 }
 
 /// A wheel, its clay and its people.
@@ -101,8 +90,8 @@ pub(super) struct Bench {
     /// The latest ones, oldest first.
     ways: VecDeque<Way>,
     pulses: u64,
-    /// The snapshots of the last pulse and the one before.
-    told_of: [Version; 2],
+    /// The pulse with which the latest one went out.
+    news_at: u64,
     /// The tick of the last pulse.
     snapshot_tick: Tick,
     acknowledged: BTreeMap<PeerId, u32>,
@@ -158,7 +147,7 @@ impl Bench {
             hold: Hold::default(),
             ways: VecDeque::new(),
             pulses: 0,
-            told_of: [Version(0); 2],
+            news_at: 0,
             snapshot_tick: Tick(0),
             acknowledged: BTreeMap::new(),
             presses: Vec::new(),
@@ -221,10 +210,19 @@ impl Bench {
 
     /// Gives a new peer its place, its welcome and the clay as it is.
     pub(super) fn seat(&mut self, peer: PeerId, client: u16, retells: bool, now: Tick, outbox: &mut Outbox) {
-        let (peer_state, told_steps) = (Peer::default(), StepsWire::default());
-        let (again_from, leaving) = (None, false);
-        let seat =
-            Seat { client, peer: peer_state, retells, works: true, again_from, leaving, told_steps, is_new: true };
+        let seat = Seat {
+            client,
+            peer: Peer::default(),
+            retells,
+            works: true,
+            again_from: None,
+            telling: Telling::Every(1),
+            answered: None,
+            told_of: [self.author.latest(); 2],
+            leaving: false,
+            told_steps: StepsWire::default(),
+            is_new: true,
+        };
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -347,89 +345,11 @@ impl Bench {
         }
     }
 
-    /// Says again what leads on from `have`: with the next pulse, or in a keyframe when that is no longer kept.
-    pub(super) fn say_again(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
-        self.note_loss(peer, now);
-        let Some(seat) = self.seats.get_mut(&peer) else { return };
-        if lead_on(&self.ways, Version(have), seat.retells) {
-            seat.again_from = Some(Version(have));
-        } else {
-            self.resync(peer, have, outbox);
+    /// A peer is told like that from now on.
+    pub(super) fn set_telling(&mut self, peer: PeerId, telling: Telling) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.telling = telling;
         }
-    }
-
-    /// Sends one peer everything newer than `have`.
-    pub(super) fn resync(&mut self, peer: PeerId, have: u32, outbox: &mut Outbox) {
-        // a version that never was cannot be built upon
-        if have == 0 || have > self.author.latest().0 {
-            return self.send_whole(peer, outbox);
-        }
-        self.send_keyframe(peer, have, 0, self.author.keyframe(Version(have), self.goes_on(peer)), outbox);
-    }
-
-    /// Sends one peer the whole pot. A class comes at once, and a keyframe takes long to make: who has not got one yet may get one
-    /// that was made a moment ago, and with the next pulse what has happened since.
-    fn send_whole(&mut self, peer: PeerId, outbox: &mut Outbox) {
-        let (goes_on, latest) = (self.goes_on(peer), self.author.latest());
-        let acknowledged = self.acknowledged.get(&peer).copied().unwrap_or(0);
-        let Some(seat) = self.seats.get_mut(&peer) else { return };
-        let is_new = core::mem::take(&mut seat.is_new) && acknowledged == 0;
-        let whole = &mut self.wholes[usize::from(goes_on)];
-        whole.take_if(|whole| {
-            let is_recent = is_new && latest.0.saturating_sub(whole.version.0) <= WHOLE_VERSIONS_MAX;
-            whole.version != latest && !(is_recent && lead_on(&self.ways, whole.version, seat.retells))
-        });
-        let whole = whole.get_or_insert_with(|| Whole {
-            version: latest,
-            tick: self.snapshot_tick,
-            bytes: self.author.keyframe(Version(0), goes_on),
-        });
-        if whole.version < latest {
-            seat.again_from = Some(whole.version);
-        }
-        // clay that has not changed since is clay of the latest snapshot too
-        let tick = if whole.version == latest { self.snapshot_tick } else { whole.tick };
-        let keyframe = Keyframe {
-            version: whole.version.0,
-            since: 0,
-            tick: tick.0,
-            acknowledged,
-            sight: None,
-            mended: 0,
-            goes_on,
-            bytes: whole.bytes.clone(),
-        };
-        outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
-    }
-
-    /// The same, with what differs from what the peer holds; says how many tiles do. What cannot be compared is sent whole.
-    pub(super) fn mend(&mut self, peer: PeerId, have: u32, tiles: &[u8], outbox: &mut Outbox) -> u64 {
-        let is_known = have > 0 && have <= self.author.latest().0;
-        let mend = if is_known { self.author.mend(Version(have), tiles, self.goes_on(peer)) } else { None };
-        let Some((bytes, mended)) = mend else {
-            self.resync(peer, 0, outbox);
-            return 0;
-        };
-        self.send_keyframe(peer, have, mended, bytes, outbox);
-        u64::from(mended)
-    }
-
-    fn goes_on(&self, peer: PeerId) -> bool {
-        self.seats.get(&peer).is_some_and(|seat| !seat.retells)
-    }
-
-    fn send_keyframe(&self, peer: PeerId, since: u32, mended: u16, bytes: Vec<u8>, outbox: &mut Outbox) {
-        let keyframe = Keyframe {
-            version: self.author.latest().0,
-            since,
-            tick: self.snapshot_tick.0,
-            acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
-            sight: None,
-            mended,
-            goes_on: self.goes_on(peer),
-            bytes,
-        };
-        outbox.push_back(Transmit { to: peer, lane: Lane::Keyframe(protocol::encode(&keyframe)) });
     }
 
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
@@ -566,6 +486,7 @@ impl Bench {
             self.ways.pop_front();
         }
         self.ways.push_back(Way { version, delta, transcript });
+        self.news_at = self.pulses;
         is_told
     }
 
@@ -617,37 +538,6 @@ impl Bench {
             }
         }
     }
-
-    fn pulse(&mut self, tick: Tick, outbox: &mut Outbox) {
-        let tools = self.tools(tick);
-        let digest = self.pulses.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
-        self.pulses += 1;
-        let first =
-            Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
-        let [last, before] = self.told_of;
-        // many get the same
-        let mut encoded: BTreeMap<(bool, Version), Vec<Vec<u8>>> = BTreeMap::new();
-        for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
-            let head = seat.peer.pulse_head();
-            let usual = if seat.peer.loses(tick) { before } else { last };
-            let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
-            let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
-                let newer = self.ways.iter().filter(|way| way.version > from);
-                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells))).iter().map(protocol::encode).collect()
-            });
-            for body in bodies {
-                outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
-            }
-        }
-        self.told_of = [self.author.latest(), last];
-    }
-}
-
-/// Whether what leads on from a version is kept without a gap.
-fn lead_on(ways: &VecDeque<Way>, from: Version, retells: bool) -> bool {
-    let mut missed = ways.iter().filter(|way| way.version > from);
-    let first = missed.clone().next();
-    first.is_some_and(|way| way.version == from.next()) && missed.all(|way| !way.fragments(retells).is_empty())
 }
 
 /// A pot's specification as it is sent.

@@ -1,0 +1,93 @@
+//! What goes to everybody at a wheel with every snapshot, as often as each line bears.
+//!
+//! Owns the choice of what a pulse repeats; how often a line is told is `crate::session::Pace`'s choice.
+//! Invariant: what many are told is encoded once.
+
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::vec::Vec;
+
+use super::{Bench, Outbox, bodies};
+use crate::protocol::{self, Body, Fragment};
+use crate::room::{Lane, Transmit};
+use crate::session::{Peer, Telling};
+use crate::snapshot::Version;
+use crate::units::Tick;
+
+/// Pulses after the last that had something to tell, in which that and what led to it is said again over a line that loses: then
+/// there is room, and what is still missed has to be asked for otherwise.
+const LAST_WORDS: [u64; 3] = [2, 5, 9];
+/// Ways that are said again then, a third of a second.
+const LAST_WAYS: usize = 20;
+/// Pulses of which one goes out over a line that is full.
+const RARELY: u64 = 4;
+/// Pulses between two digests, about a quarter of a second: of those that go out over any line.
+const DIGEST_EVERY: u64 = 16;
+
+/// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
+#[derive(Debug)]
+pub(super) struct Way {
+    pub(super) version: Version,
+    pub(super) delta: Vec<Fragment>,
+    pub(super) transcript: Vec<Fragment>,
+}
+
+impl Way {
+    pub(super) fn fragments(&self, retells: bool) -> &[Fragment] {
+        if retells { &self.transcript } else { &self.delta }
+    }
+}
+
+impl Bench {
+    pub(super) fn pulse(&mut self, tick: Tick, outbox: &mut Outbox) {
+        let tools = self.tools(tick);
+        let pulse = self.pulses;
+        let digest = pulse.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
+        self.pulses += 1;
+        let first =
+            Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
+        let last_words = LAST_WORDS.contains(&(pulse - self.news_at)).then(|| {
+            let oldest = self.ways.get(self.ways.len().saturating_sub(LAST_WAYS));
+            oldest.map_or(self.author.latest(), |way| Version(way.version.0 - 1))
+        });
+        // many get the same
+        let mut encoded: BTreeMap<(bool, Version), Vec<Vec<u8>>> = BTreeMap::new();
+        for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
+            let [last, before] = seat.told_of;
+            // what waits on the way is not helped by more of it
+            let every = match seat.telling {
+                Telling::Every(every) => every,
+                Telling::Asked => RARELY,
+            };
+            if !pulse.is_multiple_of(every) {
+                continue;
+            }
+            let usual = match seat.telling {
+                // what was pressed is shorter than any keyframe
+                Telling::Asked if !seat.retells => self.author.latest(),
+                _ if seat.peer.loses(tick) => before,
+                _ => last,
+            };
+            let head = seat.peer.pulse_head();
+            seat.told_of = [self.author.latest(), last];
+            let usual = match last_words {
+                Some(from) if seat.peer.loses(tick) && seat.telling == Telling::Every(1) => from.min(usual),
+                _ => usual,
+            };
+            let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
+            let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
+                let newer = self.ways.iter().filter(|way| way.version > from);
+                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells))).iter().map(protocol::encode).collect()
+            });
+            for body in bodies {
+                outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
+            }
+        }
+    }
+}
+
+/// Whether what leads on from a version is kept without a gap.
+pub(super) fn lead_on(ways: &VecDeque<Way>, from: Version, retells: bool) -> bool {
+    let mut missed = ways.iter().filter(|way| way.version > from);
+    let first = missed.clone().next();
+    first.is_some_and(|way| way.version == from.next()) && missed.all(|way| !way.fragments(retells).is_empty())
+}
