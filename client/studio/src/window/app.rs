@@ -32,7 +32,7 @@ use super::holding::Holding;
 use super::labels;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
-use super::panel::{self, Guidance, History, Invitation, PanelState, Person, WETNESS, Wanted};
+use super::panel::{self, Guidance, History, Invitation, PanelState, People, Person, WETNESS, Wanted};
 use super::stage::{Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
@@ -190,6 +190,7 @@ impl App {
             is_heard: liking.sound && !held.is_muted,
             no_sound: None,
             people: Vec::new(),
+            class: People::default(),
             history: History::default(),
             guidance: Guidance::default(),
             round_trip_ms: 0.0,
@@ -265,7 +266,8 @@ impl App {
 
     /// Sends what was changed in the panel or by keys, not more often than a server listens.
     fn ask(&mut self) {
-        for command in self.panel.history.take_wishes() {
+        let class = self.panel.class.take_wishes();
+        for command in self.panel.history.take_wishes().into_iter().chain(class) {
             self.command(command);
         }
         self.ask_for_guidance();
@@ -341,11 +343,12 @@ impl App {
         let own = view.number;
         let is_touching = status.elements() > 0;
         self.panel.people.clear();
-        self.panel.people.push(Person { number: None, colour: colour(own), touching: is_touching });
+        self.panel.people.push(Person { number: None, name: None, colour: colour(own), touching: is_touching });
         let mut tools = Vec::new();
         for tool in view.tools.iter().filter(|tool| tool.client != own) {
             let colour = colour(tool.client);
-            self.panel.people.push(Person { number: Some(tool.client), colour, touching: tool.touching });
+            let (number, name) = (Some(tool.client), self.panel.class.name_of(tool.client));
+            self.panel.people.push(Person { number, name, colour, touching: tool.touching });
             let centre_m = tool.centre.point_m();
             let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
             tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching, clay_m: None });
@@ -395,6 +398,10 @@ impl App {
         self.panel.rack = view.rack.len();
         self.panel.history.hear(&mut view);
         self.panel.guidance.hear(&mut view, status, &self.panel.words);
+        self.panel.class.hear(&mut view, self.potter.tick());
+        if let (Some(invitation), Some(code)) = (&mut self.invitation, self.panel.class.code()) {
+            invitation.follow(code);
+        }
         match view.brought.take() {
             Some(Ok(shape)) if self.takes_brought => self.panel.holding.shape = Some(shape),
             Some(Ok(_)) | None => {}
@@ -412,6 +419,7 @@ impl App {
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
+                .or_else(|| self.panel.class.held().map(|held| self.panel.words.say(held)))
                 .or_else(|| self.refusal.clone())
                 .or_else(|| self.keeper.trouble(&self.panel.words)),
         };

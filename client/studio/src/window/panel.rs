@@ -9,15 +9,18 @@ mod history;
 mod invitation;
 mod keys;
 mod liking;
+mod people;
 mod tool;
 
 use egui::{Align2, Color32, RichText};
 use pottery_shared::clay::Wetness;
+use pottery_shared::protocol::Nickname;
 use pottery_shared::tool::Side;
 
 pub(super) use guidance::{Guidance, Wanted};
 pub(super) use history::History;
 pub(super) use invitation::Invitation;
+pub(super) use people::{People, nickname};
 
 use super::files::Files;
 use super::holding::Holding;
@@ -30,6 +33,8 @@ use crate::words::Words;
 pub(super) struct Person {
     /// None for who sits at this window.
     pub(super) number: Option<u16>,
+    /// What the room calls it, as far as that was heard.
+    pub(super) name: Option<Nickname>,
     pub(super) colour: [f32; 3],
     pub(super) touching: bool,
 }
@@ -38,7 +43,8 @@ impl Person {
     /// What it is called.
     pub(super) fn name(&self, words: &Words) -> String {
         let number = |number: u16| words.say_with("potter", &[("number", &number.to_string())]);
-        self.number.map_or_else(|| words.say("you"), number)
+        let called = |client: u16| self.name.map_or_else(|| number(client), |name| nickname(words, name));
+        self.number.map_or_else(|| words.say("you"), called)
     }
 }
 
@@ -67,6 +73,7 @@ pub(super) struct PanelState {
     pub(super) is_heard: bool,
     pub(super) no_sound: Option<String>,
     pub(super) people: Vec<Person>,
+    pub(super) class: People,
     pub(super) history: History,
     pub(super) guidance: Guidance,
     pub(super) round_trip_ms: f32,
@@ -191,11 +198,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     ui.separator();
     files.show(ui, &state.words);
     ui.separator();
-    for person in &state.people {
-        let name = person.name(&state.words);
-        let said = if person.touching { state.words.say_with("person-touching", &[("name", &name)]) } else { name };
-        ui.colored_label(colour_of(person.colour), said);
-    }
+    state.class.show(ui, &state.words, &state.people, state.wetness, state.rpm);
     ui.separator();
     liking::show(ui, state);
 }

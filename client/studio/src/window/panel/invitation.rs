@@ -45,6 +45,18 @@ impl Invitation {
         Self { address: address.to_string(), code: code.to_string(), link, qr }
     }
 
+    /// Takes in the room's part of the code, which a teacher may have changed.
+    pub(in crate::window) fn follow(&mut self, room: &str) {
+        let (letters, length) = (self.code.replace('-', ""), room.len());
+        if letters.starts_with(room) || letters.len() < length {
+            return;
+        }
+        // the server, which the rest of the letters name, is the same
+        if let (Ok(code), Ok(address)) = (format!("{room}{}", &letters[length..]).parse(), self.address.parse()) {
+            *self = Self::new(address, &code);
+        }
+    }
+
     /// The command for another machine.
     pub(in crate::window) fn command(&self) -> String {
         format!("pottery-studio join {} --code {}", self.address, self.code)
@@ -95,5 +107,9 @@ mod tests {
         assert_eq!((link.0.address.as_str(), &link.0.code), ("192.168.1.20:4747", &code));
         assert!(invitation.command().ends_with(&format!("join 192.168.1.20:4747 --code {code}")));
         assert!(invitation.qr.is_some());
+        let mut followed = Invitation::new(SocketAddr::from(([192, 168, 1, 20], 4747)), &code);
+        followed.follow("K7QM3XPD");
+        let link: Link = followed.link.parse().expect("it is a link");
+        assert_eq!((link.0.code.room(), link.0.code.print()), ("K7QM3XPD", code.print()));
     }
 }
