@@ -147,8 +147,19 @@ pub async fn join<S>(
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
+    join_again(endpoint, target, None, greeting, open).await
+}
+
+/// The same, over a line whose round trip was measured before.
+pub(crate) async fn join_again<S>(
+    endpoint: &quinn::Endpoint,
+    target: &Target,
+    round_trip: Option<Duration>,
+    greeting: &[u8],
+    open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
+) -> Result<(Joined, S), JoinError> {
     let address = target.resolved().await?;
-    let config = transport::config_for(&target.code, target.known)?;
+    let config = transport::config_for(&target.code, target.known, round_trip)?;
     let connecting = endpoint
         .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)
         .map_err(|error| JoinError::Network { reason: error.to_string() })?;

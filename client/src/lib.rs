@@ -10,6 +10,7 @@ mod connection;
 pub mod device;
 pub mod export;
 pub mod fade;
+mod finding;
 pub mod guiding;
 mod haptic_loop;
 mod link;
@@ -31,6 +32,7 @@ pub use pottery_files::{pot_file, whole_file};
 
 pub use claim::{Claim, Core, CoreError, Granted, Priority};
 pub use connection::{JoinError, Joined, Target, join};
+pub use finding::{FindError, Found, find};
 pub use haptic_loop::{HapticLoop, HapticReport};
 pub use link::{Link, LinkError};
 pub use onlooker::{Onlooker, WatchReport};

@@ -77,8 +77,11 @@ impl Seat {
         let (hand, net_side) = boundary(&session.patch());
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
-        let way_back = WayBack::new(endpoint.clone(), target.clone());
-        let worker = Worker::new((joined, session), net_side, view.clone(), received, epoch, way_back, options.record);
+        view.lock().fingerprint = joined.fingerprint;
+        // whoever comes back comes back to the same server
+        let target = Target { known: target.known.or(joined.fingerprint), ..target.clone() };
+        let way_back = WayBack::new(endpoint.clone(), target, epoch);
+        let worker = Worker::new((joined, session), net_side, view.clone(), received, way_back, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

@@ -61,6 +61,8 @@ pub struct View {
     pub tick_offset: i64,
     /// Measured round trip.
     pub round_trip: Duration,
+    /// SHA-256 of the certificate that the server showed.
+    pub fingerprint: Option<[u8; 32]>,
     /// How the connection stands.
     pub link: Link,
     /// Digest of the confirmed clay.
@@ -93,6 +95,7 @@ impl SharedView {
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),
             round_trip: Duration::ZERO,
+            fingerprint: None,
             link: Link::Open,
             digest: session.replica().digest(),
             settled: true,

@@ -129,7 +129,6 @@ impl Worker {
         side: NetSide,
         view: SharedView,
         commands: mpsc::Receiver<Command>,
-        epoch: Instant,
         way_back: WayBack,
         records: bool,
     ) -> Self {
@@ -158,7 +157,7 @@ impl Worker {
             hands: RemoteHands::default(),
             guiding: Guiding::default(),
             commands,
-            epoch,
+            epoch: way_back.epoch,
             joined_at: Instant::now(),
             outgoing,
             arriving,

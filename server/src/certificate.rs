@@ -1,11 +1,20 @@
 //! The server's own certificate: self-signed, known by its fingerprint.
 //!
-//! Knows no files: a fresh key each start, so that a code of yesterday opens nothing today.
-//! Invariant: the fingerprint is that of the certificate served.
+//! Kept in the data folder, where there is one, so that whoever trusted it once knows it again; else fresh at each start.
+//! Invariant: the fingerprint is that of the certificate served, and nobody but the server's user may read the key.
 
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use pottery_files::whole_file::write_whole;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 
 use crate::ServerError;
+
+/// The files in the data folder.
+const KEY: &str = "server-key.der";
+const CERTIFICATE: &str = "server-certificate.der";
 
 /// A key and its certificate.
 #[derive(Debug)]
@@ -24,6 +33,46 @@ impl Certificate {
             .map_err(|error| ServerError::Certificate { reason: error.to_string() })?;
         let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(made.signing_key.serialize_der()));
         Ok(Self { der: made.cert.into(), key })
+    }
+
+    /// The one that a folder keeps, or a fresh one that is kept there from now on. A folder that takes nothing is said, and the
+    /// lesson goes on.
+    ///
+    /// # Errors
+    /// [`ServerError::Certificate`] when the system gives no randomness, or what is kept cannot be read.
+    pub fn kept_in(folder: &Path) -> Result<Self, ServerError> {
+        let (key, certificate) = (folder.join(KEY), folder.join(CERTIFICATE));
+        let unreadable = |path: &Path, error: &dyn std::fmt::Display| ServerError::Certificate {
+            reason: format!(
+                "{} cannot be read ({error}); take {KEY} and {CERTIFICATE} away, and everybody will be asked to trust a new key",
+                path.display()
+            ),
+        };
+        match (fs::read(&key), fs::read(&certificate)) {
+            (Ok(key), Ok(der)) => {
+                let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(key));
+                return Ok(Self { der: der.into(), key });
+            }
+            (Err(error), _) if error.kind() != ErrorKind::NotFound => return Err(unreadable(&key, &error)),
+            (_, Err(error)) if error.kind() != ErrorKind::NotFound => return Err(unreadable(&certificate, &error)),
+            _ => {}
+        }
+        let fresh = Self::fresh()?;
+        if let Err(reason) = fresh.keep(folder, &key, &certificate) {
+            tracing::warn!("the server's key is good for this run only, and will be another at the next: {reason}");
+        }
+        Ok(fresh)
+    }
+
+    fn keep(&self, folder: &Path, key: &Path, certificate: &Path) -> Result<(), String> {
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        // an empty file of its own first, whose permissions stay
+        fs::create_dir_all(folder).and_then(|()| options.open(key)).map_err(|error| error.to_string())?;
+        write_whole(key, |file| file.write_all(self.key.secret_der())).map_err(|error| error.to_string())?;
+        write_whole(certificate, |file| file.write_all(&self.der)).map_err(|error| error.to_string())
     }
 
     /// SHA-256 of the certificate.

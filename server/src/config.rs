@@ -52,6 +52,10 @@ pub struct ServerConfig {
     pub code_hours: Option<f64>,
     /// Whether who comes waits until a teacher lets them in.
     pub has_lobby: bool,
+    /// What the class is called where it announces itself; a word when absent.
+    pub class: Option<String>,
+    /// Whether the local network is told that the studio is there.
+    pub is_announced: bool,
     /// Where operators on this machine ask how the server is.
     pub operate: Option<SocketAddr>,
     /// How often people may knock.
@@ -65,6 +69,8 @@ impl ServerConfig {
     pub const WHEELS_MAX: u16 = 1024;
     /// Shortest and longest time for which a code is good, h.
     pub const CODE_HOURS: (f64, f64) = (0.01, 10_000.0);
+    /// Longest name of a class, characters.
+    pub const CLASS_MAX: usize = 40;
     /// Most people in one process.
     pub const PEOPLE_MAX: u16 = 4096;
 
@@ -90,6 +96,13 @@ impl ServerConfig {
         if let Some(hours) = self.code_hours.filter(|hours| !(Self::CODE_HOURS.0..=Self::CODE_HOURS.1).contains(hours))
         {
             return Err(ConfigError::CodeHours { hours });
+        }
+        let is_name = |name: &String| {
+            let length = name.chars().count();
+            (1..=Self::CLASS_MAX).contains(&length) && !name.chars().any(char::is_control)
+        };
+        if let Some(name) = self.class.clone().filter(|name| !is_name(name)) {
+            return Err(ConfigError::Class { name, max: Self::CLASS_MAX });
         }
         let Arrivals { burst, per_s, .. } = self.arrivals;
         if burst == 0 || per_s == 0 {
@@ -119,6 +132,8 @@ impl Default for ServerConfig {
             renews_teacher: false,
             code_hours: None,
             has_lobby: false,
+            class: None,
+            is_announced: true,
             operate: None,
             arrivals: Arrivals::default(),
         }
@@ -196,6 +211,14 @@ pub enum ConfigError {
         /// What was given.
         address: SocketAddr,
     },
+    /// A name that nobody can read.
+    #[error("a class needs a name of 1 to {max} characters in one line, not {name:?}")]
+    Class {
+        /// What was given.
+        name: String,
+        /// Most characters.
+        max: usize,
+    },
     /// A code that is good for no time.
     #[error("a code that is good for {hours} hours is none: choose from 0.01 to 10000, or leave code_hours out")]
     CodeHours {
@@ -248,6 +271,8 @@ pub struct FileConfig {
     code: Option<String>,
     code_hours: Option<f64>,
     lobby: Option<bool>,
+    class: Option<String>,
+    announce: Option<bool>,
     wheels: Option<u16>,
     people_max: Option<u16>,
     columns: Option<u32>,
@@ -292,6 +317,8 @@ impl FileConfig {
             code: config.code.as_ref().map(JoinCode::to_string),
             code_hours: config.code_hours,
             lobby: Some(config.has_lobby),
+            class: config.class.clone(),
+            announce: Some(config.is_announced),
             wheels: Some(config.wheels),
             people_max: Some(config.people_max),
             columns: Some(pot.shape.columns()),
@@ -335,6 +362,8 @@ impl FileConfig {
         config.code = self.code.map(|code| code.parse()).transpose()?;
         config.code_hours = self.code_hours;
         config.has_lobby = self.lobby.unwrap_or(config.has_lobby);
+        config.class = self.class;
+        config.is_announced = self.announce.unwrap_or(config.is_announced);
         config.wheels = self.wheels.unwrap_or(config.wheels);
         config.people_max = self.people_max.unwrap_or(config.people_max);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);

@@ -2,9 +2,11 @@
 //!
 //! Invariant: of one peer, `Connected` comes first and `Gone` last.
 
+use pottery_shared::protocol::{NoOrder, Order, TeacherToken};
 use pottery_shared::room::PeerId;
 use tokio::sync::oneshot;
 
+use crate::lesson::Lesson;
 use crate::link::Link;
 use crate::{Figures, Standing};
 
@@ -23,6 +25,10 @@ pub(crate) enum Event {
     Standing(oneshot::Sender<Standing>),
     /// Somebody asks what was counted.
     Figures(oneshot::Sender<Figures>),
+    /// Somebody asks how the lesson stands.
+    Lesson(oneshot::Sender<Lesson>),
+    /// Somebody at the operators' port orders, and is told the code as it then is.
+    Order(TeacherToken, Order, oneshot::Sender<Result<String, NoOrder>>),
     /// Close.
     Stop,
 }

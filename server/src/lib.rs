@@ -3,12 +3,14 @@
 //! Owns sockets, time and tasks; every decision about clay and people is `pottery_shared::room`'s.
 //! Invariant: a peer that is slow, gone or hostile costs its own connection, never the tick.
 
+mod announcing;
 mod certificate;
 mod config;
 mod connection;
 mod doorkeeper;
 mod event;
 mod figures;
+mod lesson;
 mod link;
 mod opening;
 mod operation;
@@ -23,6 +25,7 @@ pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
 pub use doorkeeper::Arrivals;
 pub use figures::Figures;
+pub use lesson::{OrderError, order_of};
 pub use server::{Server, ServerError, Standing};
 pub use store::{StoreCounts, StoreError};
 pub use transport::{bind, endpoint, server_config};

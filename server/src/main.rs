@@ -2,12 +2,14 @@
 //!
 //! Everything else is the library's. Invariant: SIGINT and SIGTERM end it with everybody told and exit code 0.
 
+mod console;
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
 use pottery_server::{FileConfig, Server, ServerConfig};
 use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
@@ -16,8 +18,10 @@ use pottery_shared::protocol::JoinCode;
 ///
 /// Settings come from flags, then the environment, then the file given with --config, then the defaults.
 #[derive(Debug, Parser)]
-#[command(name = "pottery-server", version, after_help = EXAMPLES)]
+#[command(name = "pottery-server", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 struct Flags {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// UDP address to listen on [default: [::]:4747, all networks]
     #[arg(long, env = "POTTERY_LISTEN")]
     listen: Option<SocketAddr>,
@@ -30,6 +34,12 @@ struct Flags {
     /// Who comes waits until a teacher lets them in
     #[arg(long, env = "POTTERY_LOBBY")]
     lobby: bool,
+    /// What the class is called where it announces itself on the local network; a word when left out
+    #[arg(long, value_name = "NAME", env = "POTTERY_CLASS")]
+    class: Option<String>,
+    /// Do not announce the studio on the local network
+    #[arg(long, env = "POTTERY_NO_ANNOUNCE")]
+    no_announce: bool,
     /// Make a new teacher's token; the one before teaches no longer
     #[arg(long)]
     new_teacher_token: bool,
@@ -70,13 +80,19 @@ struct Flags {
     /// How the log is written on standard error
     #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
     log: Log,
-    /// Settings in TOML: listen, code, code_hours, lobby, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
+    /// Settings in TOML: listen, code, code_hours, lobby, class, announce, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
     /// method, wheel_rpm, clay, wetness, support, data, operate, and [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback
     #[arg(long, value_name = "FILE", env = "POTTERY_CONFIG")]
     config: Option<PathBuf>,
     /// Print the settings as they are in the end, as such a file, and stop
     #[arg(long)]
     print_config: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// How the lesson on this machine's server stands, and what a teacher orders there
+    Console(console::ConsoleFlags),
 }
 
 const EXAMPLES: &str = "Examples:
@@ -87,6 +103,8 @@ const EXAMPLES: &str = "Examples:
   pottery-server --record monday.session          keep what happens, for pottery-studio replay
   pottery-server --data pots                      keep the pots, and go on with them at the next start
   pottery-server --operate 127.0.0.1:4748         answer this machine's operators
+  pottery-server console                          how the lesson stands, for who is at this machine
+  pottery-server console freeze 2                 order something, with the teacher's token
   pottery-server --wheels 4 --print-config        a file to begin settings from";
 
 fn form(text: &str) -> Result<Form, String> {
@@ -136,6 +154,9 @@ async fn main() -> ExitCode {
 }
 
 async fn run(flags: Flags) -> anyhow::Result<()> {
+    if let Some(Command::Console(flags)) = flags.command {
+        return tokio::task::spawn_blocking(move || console::run(&flags)).await?;
+    }
     let mut config: ServerConfig = match &flags.config {
         Some(path) => FileConfig::read(path)?.into_config()?,
         None => ServerConfig::default(),
@@ -146,6 +167,8 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.code = flags.code.or(config.code);
     config.code_hours = flags.code_hours.or(config.code_hours);
     config.has_lobby |= flags.lobby;
+    config.class = flags.class.or(config.class);
+    config.is_announced &= !flags.no_announce;
     config.renews_teacher = flags.new_teacher_token;
     config.record = flags.record;
     config.form = flags.form.unwrap_or(config.form);

@@ -1,27 +1,32 @@
 //! What an operator asks a running server: whether it lives, whether it takes people in, and what it has counted.
 //!
 //! Owns the loopback port and its pages; knows the room only through the figures that it gives.
-//! Invariant: nothing here changes anything, nobody outside this machine can ask, and no page names a person.
+//! Invariant: nothing is changed here without the teacher's token, nobody outside this machine can ask, and the code is told to who has it,
+//! and no page holds an address or a name that somebody chose.
 
 use std::fmt::Write as _;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use http_body_util::Full;
+use http_body_util::{BodyExt, Full, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
+use pottery_shared::protocol::NoOrder;
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::event::Event;
+use crate::lesson::{Lesson, order_of};
 use crate::{Figures, ServerError};
 
 /// The room answers within this, or it does not take people in.
 const READY_WITHIN: Duration = Duration::from_millis(500);
 /// Who has asked nothing by then is let go.
 const ASKS_WITHIN: Duration = Duration::from_secs(5);
+/// Longest order, bytes.
+const ORDER_MAX: usize = 256;
 /// Upper ends of the classes of a tick's time, µs; a snapshot's period is 16,667.
 const CLASSES_US: [u64; 10] = [100, 250, 500, 1_000, 2_000, 4_000, 8_000, 16_667, 33_333, 100_000];
 
@@ -68,16 +73,64 @@ async fn answer(
                 Some(figures) => (StatusCode::OK, page(&figures)),
                 None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
             },
-            _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz or /metrics\n".to_owned()),
+            "/lesson" => match lesson(&events).await {
+                Some((lesson, figures)) => (StatusCode::OK, lesson.to_json(&figures)),
+                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+            },
+            _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz, /metrics or /lesson\n".to_owned()),
         }
+    } else if request.method() == Method::POST && request.uri().path() == "/order" {
+        order(request, &events).await
     } else {
-        (StatusCode::METHOD_NOT_ALLOWED, "nothing can be changed here\n".to_owned())
+        (StatusCode::METHOD_NOT_ALLOWED, "nothing can be changed here but by POST /order\n".to_owned())
     };
     let mut response = Response::new(Full::new(Bytes::from(text)));
     *response.status_mut() = status;
     let kind = hyper::header::HeaderValue::from_static("text/plain; version=0.0.4; charset=utf-8");
     response.headers_mut().insert(hyper::header::CONTENT_TYPE, kind);
     Ok(response)
+}
+
+/// Carries out an order: its words are the body, and the teacher's token stands in the head.
+async fn order(request: Request<Incoming>, events: &mpsc::Sender<Event>) -> (StatusCode, String) {
+    let head = request.headers().get(hyper::header::AUTHORIZATION).and_then(|head| head.to_str().ok());
+    let Some(Ok(token)) = head.and_then(|head| head.strip_prefix("Bearer ")).map(str::parse) else {
+        return (StatusCode::UNAUTHORIZED, "an order needs the teacher's token\n".to_owned());
+    };
+    let body = Limited::new(request.into_body(), ORDER_MAX).collect();
+    let Ok(Ok(body)) = tokio::time::timeout(ASKS_WITHIN, body).await else {
+        return (StatusCode::BAD_REQUEST, "that is no order\n".to_owned());
+    };
+    let body = body.to_bytes();
+    let order = match std::str::from_utf8(&body).map_err(|_| crate::OrderError::Unknown).and_then(order_of) {
+        Ok(order) => order,
+        Err(error) => return (StatusCode::BAD_REQUEST, format!("{error}\n")),
+    };
+    let (answer, answered) = oneshot::channel();
+    let asked = async {
+        events.send(Event::Order(token, order, answer)).await.ok()?;
+        answered.await.ok()
+    };
+    match tokio::time::timeout(READY_WITHIN, asked).await {
+        Ok(Some(Ok(code))) => (StatusCode::OK, format!("done; the code is {code}\n")),
+        Ok(Some(Err(NoOrder::NotTeacher))) => {
+            // who guesses tokens guesses slowly
+            tokio::time::sleep(READY_WITHIN).await;
+            (StatusCode::FORBIDDEN, "that is not the teacher's token\n".to_owned())
+        }
+        Ok(Some(Err(reason))) => (StatusCode::CONFLICT, format!("{reason}\n")),
+        Ok(None) | Err(_) => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+    }
+}
+
+async fn lesson(events: &mpsc::Sender<Event>) -> Option<(Lesson, Figures)> {
+    let (answer, answered) = oneshot::channel();
+    let asked = async {
+        events.send(Event::Lesson(answer)).await.ok()?;
+        answered.await.ok()
+    };
+    let lesson = tokio::time::timeout(READY_WITHIN, asked).await.ok()??;
+    Some((lesson, figures(events).await?))
 }
 
 async fn figures(events: &mpsc::Sender<Event>) -> Option<Figures> {

@@ -13,6 +13,7 @@ use pottery_shared::room::{DoorConfig, RoomCounts};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
+use crate::announcing::{Announcement, usual_name};
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::recording::Recorder;
@@ -112,6 +113,7 @@ pub struct Server {
     ticking: JoinHandle<()>,
     operating: Option<JoinHandle<()>>,
     operated_at: Option<SocketAddr>,
+    announcement: Option<Announcement>,
 }
 
 impl Server {
@@ -121,10 +123,16 @@ impl Server {
     /// [`ServerError`] saying what is in the way.
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
-        let certificate = Certificate::fresh()?;
+        let certificate = config.data.as_deref().map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
-        Self::start_on(endpoint, &fingerprint, config)
+        let (is_announced, wheels) = (config.is_announced, config.wheels);
+        let class = config.class.clone().unwrap_or_else(|| usual_name(&fingerprint));
+        let mut server = Self::start_on(endpoint, &fingerprint, config)?;
+        if is_announced {
+            server.announcement = Announcement::begin(&class, server.address, wheels);
+        }
+        Ok(server)
     }
 
     /// Opens the room on an endpoint that exists already and serves the certificate of that fingerprint.
@@ -162,7 +170,18 @@ impl Server {
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
         let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
-        Ok(Self { address, code, teacher, endpoint, events, accepting, ticking, operating, operated_at })
+        Ok(Self {
+            address,
+            code,
+            teacher,
+            endpoint,
+            events,
+            accepting,
+            ticking,
+            operating,
+            operated_at,
+            announcement: None,
+        })
     }
 
     /// Where it listens.
@@ -210,7 +229,12 @@ impl Server {
     }
 
     /// Tells everybody, waits until they heard it, and frees the port.
-    pub async fn stop(self) {
+    pub async fn stop(mut self) {
+        if let Some(announcement) = self.announcement.take()
+            && tokio::task::spawn_blocking(|| announcement.end()).await.is_err()
+        {
+            tracing::debug!("the announcement did not end well");
+        }
         self.accepting.abort();
         if let Some(operating) = &self.operating {
             operating.abort();

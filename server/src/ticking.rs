@@ -14,6 +14,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
+use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
 use crate::store::Store;
@@ -142,7 +143,7 @@ impl Ticking {
     /// Looks at the next pot that is to be kept.
     fn keep_pots(&mut self) {
         let (room, Some(store)) = (&self.room, &mut self.store) else { return };
-        let is_left = |wheel| room.people_at(wheel) == 0;
+        let is_left = |wheel| room.people_at(wheel) == 0 || room.is_closed(wheel);
         store.look(self.started.elapsed(), |wheel| room.digest(wheel), is_left, |wheel| pot_file(room, wheel));
     }
 
@@ -192,6 +193,11 @@ impl Ticking {
                 drop(answer.send(self.standing()));
             }
             Event::Figures(answer) => drop(answer.send(self.figures())),
+            Event::Lesson(answer) => drop(answer.send(Lesson::of(&self.room))),
+            Event::Order(token, order, answer) => {
+                let outcome = self.room.order_from_outside(&token, &order);
+                drop(answer.send(outcome.map(|()| self.room.code().to_owned())));
+            }
             Event::Stop => return false,
         }
         true

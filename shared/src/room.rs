@@ -23,7 +23,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
-use crate::protocol::{NoGuidance, NoOrder, Notice, PersonWire, Request, Role};
+use crate::protocol::{NoGuidance, NoOrder, Notice, Request, Role};
 use crate::session::{Peer, PeerError, Refusals, Telling};
 use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
@@ -215,9 +215,17 @@ impl Room {
         self.doors.code()
     }
 
-    /// Everybody who was let in or waits, by number.
-    pub fn everybody(&self) -> impl Iterator<Item = PersonWire> {
-        self.people.iter().map(|(client, person)| person.wire(client, false))
+    /// Whether people may not come to a wheel, numbered from 0.
+    #[must_use]
+    pub fn is_closed(&self, wheel: usize) -> bool {
+        self.benches.get(wheel).is_some_and(Bench::is_closed)
+    }
+
+    /// Ticks since the clay of a wheel, numbered from 0, was taken as a snapshot; none where nobody is.
+    #[must_use]
+    pub fn snapshot_age(&self, wheel: usize) -> Option<u64> {
+        let bench = self.benches.get(wheel).filter(|bench| bench.has_work())?;
+        Some(self.now.0.saturating_sub(bench.snapshot_tick().0))
     }
 
     /// The next tick to be done.

@@ -413,6 +413,43 @@ fn a_client_that_falls_silent_in_mid_stroke_disturbs_nobody_and_is_let_go() {
 }
 
 #[test]
+fn who_was_cut_off_for_long_comes_back_to_the_own_seat_within_a_second() {
+    in_virtual_time(async {
+        for (seed, cut_ms) in [(41, 10_500), (42, 14_000), (43, 25_300)] {
+            let studio = Studio::open(seed);
+            let mut people = Vec::new();
+            for number in 0..2 {
+                people.push(studio.join(number, Quality::HOME, Quality::HOME, 0.3..2.0).await);
+            }
+            sleep(ms(2500)).await;
+            let (cut, other) = (&people[0], &people[1]);
+            let before = cut.view.lock().class.place().copied().unwrap();
+            studio.network.cut(cut.address, true);
+            sleep(ms(cut_ms)).await;
+            studio.network.cut(cut.address, false);
+            let mended_at = Instant::now();
+            let is_back = |view: &View| view.link == Link::Open && view.settled;
+            loop {
+                let is_back = is_back(&cut.view.lock());
+                if is_back && studio.standing().await.people == 2 {
+                    break;
+                }
+                assert!(mended_at.elapsed() < ms(1_000), "seed {seed}: {:?}", cut.view.lock().link);
+                sleep(ms(5)).await;
+            }
+            println!("seed {seed}: back {:?} after it was mended", mended_at.elapsed());
+            sleep(ms(100)).await;
+            let after = cut.view.lock().class.place().copied().unwrap();
+            assert_eq!((after.client, after.name, after.wheel), (before.client, before.name, before.wheel));
+            let digest = cut.view.lock().digest;
+            let number = cut.view.lock().number;
+            assert_eq!((digest, number), (other.view.lock().digest, before.client));
+            studio.close(people).await;
+        }
+    });
+}
+
+#[test]
 fn a_partition_of_three_seconds_heals() {
     for seed in 31..33 {
         in_virtual_time(async {

@@ -6,16 +6,24 @@
 use std::time::Duration;
 
 use pottery_shared::protocol::{Hello, Pass, Purpose, ResumeToken};
-use pottery_shared::session::{ClassEvent, Client, ClientError, greeting};
+use pottery_shared::session::{ClassEvent, Client, ClientError, ClientEvent, greeting};
 use pottery_shared::snapshot::TileLayout;
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, timeout};
 
 use super::{Command, Worker};
 use crate::connection::{self, JoinError, Joined, Target};
+use crate::streams::Arrival;
 use crate::view::Link;
 
 /// Time between two tries.
-const TRY_EVERY: Duration = Duration::from_millis(250);
+const TRY_EVERY: Duration = Duration::from_millis(100);
+/// Time for one, beside six round trips: what was sent into a dead line is sent anew ever more rarely.
+const TRY_FOR: Duration = Duration::from_millis(300);
+/// Every so manieth try may take longer: the line may have become slow.
+const SLOW_EVERY: u32 = 4;
+const SLOW_TRY_FOR: Duration = Duration::from_millis(1500);
+/// Time in which the last frame of a connection is read.
+const LAST_WORDS_WITHIN: Duration = Duration::from_millis(200);
 /// Time after which it gives up.
 const TRIES_FOR: Duration = Duration::from_secs(60);
 /// A stay shorter than this was none.
@@ -26,8 +34,10 @@ const SHORT_STAYS_MAX: u32 = 5;
 /// What somebody needs to come back.
 #[derive(Debug)]
 pub(crate) struct WayBack {
-    pub(crate) endpoint: quinn::Endpoint,
-    pub(crate) target: Target,
+    endpoint: quinn::Endpoint,
+    target: Target,
+    /// Local tick n is due n milliseconds after it.
+    pub(super) epoch: Instant,
     resume: Option<ResumeToken>,
     /// Whether the server said that it should.
     is_called: bool,
@@ -36,21 +46,21 @@ pub(crate) struct WayBack {
 }
 
 impl WayBack {
-    pub(crate) fn new(endpoint: quinn::Endpoint, target: Target) -> Self {
-        Self { endpoint, target, resume: None, is_called: false, came_at: Instant::now(), short_stays: 0 }
+    pub(crate) fn new(endpoint: quinn::Endpoint, target: Target, epoch: Instant) -> Self {
+        Self { endpoint, target, epoch, resume: None, is_called: false, came_at: Instant::now(), short_stays: 0 }
     }
 
     /// Asks to be let in again.
-    async fn knock(&self, resume: ResumeToken, epoch: Instant) -> Result<(Joined, Client), JoinError> {
-        let Target { code, wheel, .. } = &self.target;
+    async fn knock(&self, resume: ResumeToken, round_trip: Duration) -> Result<(Joined, Client), JoinError> {
+        let (Target { code, wheel, .. }, epoch) = (&self.target, self.epoch);
         let hello = Hello {
             code: code.room().to_owned(),
             wheel: *wheel,
             purpose: Purpose::Works { retells: true },
             pass: Pass::Resume(resume),
         };
-        let open = |answer: &[u8], round_trip| Client::open(answer, epoch.elapsed().as_millis() as u64, round_trip);
-        connection::join(&self.endpoint, &self.target, &greeting(&hello), open).await
+        let open = |answer: &[u8], measured| Client::open(answer, epoch.elapsed().as_millis() as u64, measured);
+        connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting(&hello), open).await
     }
 }
 
@@ -76,6 +86,7 @@ impl Worker {
 
     /// Comes back after the connection ended so; how it stands when that cannot be.
     pub(super) async fn come_back(&mut self, link: Link) -> Result<(), Link> {
+        self.hear_the_rest().await;
         let is_called = std::mem::take(&mut self.way_back.is_called);
         let reason = match link {
             Link::Lost(reason) => reason,
@@ -93,13 +104,19 @@ impl Worker {
         }
         self.side.status().hold(true);
         self.view.lock().link = Link::ComingBack(reason.clone());
-        let began = Instant::now();
+        let round_trip = self.connection.rtt();
+        let (began, mut tries) = (Instant::now(), 0);
         while began.elapsed() < TRIES_FOR {
-            match self.way_back.knock(resume, self.epoch).await {
-                Ok((joined, session)) => return self.sit_down(joined, session),
+            tries += 1;
+            let patience = 6 * round_trip + if tries % SLOW_EVERY == 0 { SLOW_TRY_FOR } else { TRY_FOR };
+            match timeout(patience, self.way_back.knock(resume, round_trip)).await {
+                Ok(Ok((joined, session))) => return self.sit_down(joined, session),
                 // it was refused: more tries would be refused as well
-                Err(JoinError::Session(ClientError::Refused(refusal))) => return Err(Link::Lost(refusal.to_string())),
-                Err(error) => tracing::debug!(%error, "not back yet"),
+                Ok(Err(JoinError::Session(ClientError::Refused(refusal)))) => {
+                    return Err(Link::Lost(refusal.to_string()));
+                }
+                Ok(Err(error)) => tracing::debug!(%error, "not back yet"),
+                Err(_) => tracing::debug!("nobody answers yet"),
             }
             tokio::select! {
                 () = sleep(TRY_EVERY) => {}
@@ -109,6 +126,22 @@ impl Worker {
             }
         }
         Err(Link::Lost(reason))
+    }
+
+    /// Hears what was said before the end: that a connection has ended may be known before its last frame was read.
+    async fn hear_the_rest(&mut self) {
+        while let Ok(Some(arrival)) = timeout(LAST_WORDS_WITHIN, self.arriving.recv()).await {
+            match arrival {
+                Arrival::Frame(frame) if self.session.handle_control(&frame).is_ok() => {}
+                Arrival::Keyframe(_) => {}
+                Arrival::Frame(_) | Arrival::StreamEnded => break,
+            }
+        }
+        while let Some(event) = self.session.poll_event() {
+            if let ClientEvent::Class(event) = event {
+                self.hear_of_class(event);
+            }
+        }
     }
 
     /// Goes on with a new connection, at the wheel that it leads to.

@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::device::DeviceChoice;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_client::{Claim, Core, Link, LoopRate, Target};
+use pottery_client::{Claim, Core, Found, Link, LoopRate, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{JoinCode, TeacherToken};
@@ -21,6 +21,8 @@ use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
 use crate::haptics::Bench;
+use crate::joining::{self, Where};
+use crate::known::Known;
 use crate::network::Network;
 use crate::replaying::ReplaySession;
 use crate::tool_choice::{ToolChoice, ToolFlags};
@@ -43,6 +45,7 @@ const EXAMPLES: &str = "Examples:
   pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
   pottery-studio join 192.168.1.20 --code K7QM-3XPD --watch gallery
                                                          look on at all wheels; a click shows one closely
+  pottery-studio join                                    say which studios announce themselves on this network
   pottery-studio --open bowl.pot                         go on with a pot that was saved
   pottery-studio export bowl.pot bowl.3mf bowl.svg       give it to other programs
   pottery-studio --headless --potters 3 --seconds 10     let scripted potters work; pot.pot, pot.png, session.json
@@ -160,6 +163,12 @@ struct HostFlags {
     /// Join code of 8 characters; a fresh one when left out
     #[arg(long)]
     code: Option<JoinCode>,
+    /// What the class is called where it announces itself on the local network; a word when left out
+    #[arg(long, value_name = "NAME")]
+    class: Option<String>,
+    /// Do not announce the studio on the local network
+    #[arg(long)]
+    no_announce: bool,
     /// Pot file to go on with; it says what pot and clay there are, and how the clay deforms
     #[arg(long, value_name = "FILE", conflicts_with_all = ["form", "method", "support", "clay", "wetness"])]
     open: Option<PathBuf>,
@@ -213,8 +222,9 @@ struct HostFlags {
 
 #[derive(Args, Clone, Debug)]
 struct JoinFlags {
-    /// Host and port of the studio, the port is 4747 when left out; or the whole link, pottery://…
-    address: String,
+    /// Host and port of the studio, the port is 4747 when left out; or the whole link, pottery://…; when it is left out, say
+    /// which studios announce themselves on the local network, and join if there is one and its code is given
+    address: Option<String>,
     /// The join code that the host shows; a link has it already
     #[arg(long)]
     code: Option<JoinCode>,
@@ -227,6 +237,9 @@ struct JoinFlags {
     /// Teach there: the token that the server showed when it first started; a teacher needs no code that is still good
     #[arg(long, value_name = "TOKEN", env = "POTTERY_TEACHER_TOKEN", hide_env_values = true)]
     teacher_token: Option<TeacherToken>,
+    /// Trust the key that the studio shows, although it showed another one before (short codes)
+    #[arg(long)]
+    trust_new_key: bool,
     /// Record the own stroke to a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -372,6 +385,8 @@ pub(crate) enum Mode {
     Replay(ReplaySession),
     Window(WindowSession),
     Watch(WatchSession),
+    /// Say which studios there are.
+    Found(Vec<Found>),
     /// Look for devices and say what was found.
     Devices,
     /// Say what a hand's thread gets.
@@ -457,19 +472,20 @@ fn wetness(text: &str) -> Result<Wetness, String> {
 }
 
 impl JoinFlags {
-    /// Where to, from the link or from what was typed one by one.
-    fn target(&self) -> anyhow::Result<Target> {
-        let target = if Link::is_meant(&self.address) {
+    /// Where to, from the link or from what was typed one by one, at an address.
+    fn target(&self, address: &str) -> anyhow::Result<Target> {
+        let target = if Link::is_meant(address) {
             ensure!(self.code.is_none(), "the link has its code already: leave --code out");
-            self.address.parse::<Link>()?.0
+            address.parse::<Link>()?.0
         } else {
             let code = self.code.clone();
             let code =
                 code.context("the studio's code is missing: give --code and what the host shows, or the whole link")?;
-            Target::new(self.address.clone(), code, 1)
+            Target::new(address.to_owned(), code, 1)
         };
         let teacher = self.teacher_token.or(target.teacher);
-        Ok(Target { wheel: self.wheel.unwrap_or(target.wheel), teacher, ..target })
+        let target = Target { wheel: self.wheel.unwrap_or(target.wheel), teacher, ..target };
+        Ok(if target.code.print().is_none() { Known::open()?.expect(target, self.trust_new_key) } else { target })
     }
 }
 
@@ -486,11 +502,15 @@ impl Arguments {
     pub(crate) fn mode(&self) -> anyhow::Result<Mode> {
         let flags = match &self.command {
             Some(Command::Join(join)) => {
+                let target = match joining::look(join.address.as_deref(), join.code.is_some())? {
+                    Where::At(address) => join.target(&address)?,
+                    Where::Among(found) => return Ok(Mode::Found(found)),
+                };
                 if let Some(watch) = join.watch {
-                    return Ok(Mode::Watch(WatchSession { target: join.target()?, detail: watch.detail() }));
+                    return Ok(Mode::Watch(WatchSession { target, detail: watch.detail() }));
                 }
                 check_writable(join.record.as_ref())?;
-                return window(Place::Joined(join.target()?), None, &join.hold, &join.tool, join.record.as_ref());
+                return window(Place::Joined(target), None, &join.hold, &join.tool, join.record.as_ref());
             }
             Some(Command::Export(flags)) => {
                 return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));
@@ -558,6 +578,8 @@ impl HostFlags {
         let mut config = ServerConfig {
             listen: self.listen.unwrap_or(listen),
             code: self.code.clone(),
+            class: self.class.clone(),
+            is_announced: !self.no_announce,
             method: match self.method {
                 MethodName::Original => MethodKind::Original,
                 MethodName::Improved => MethodKind::Improved,

@@ -8,6 +8,8 @@ mod conversion;
 mod haptics;
 mod headless;
 mod hosting;
+mod joining;
+mod known;
 mod network;
 mod preferences;
 mod record;
@@ -47,6 +49,10 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Mode::Export(job) => conversion::run(&job),
         Mode::Headless(session) => headless::run(&session),
         Mode::Replay(session) => replaying::run(&session),
+        Mode::Found(found) => {
+            joining::tell(&found);
+            Ok(())
+        }
         Mode::Devices => {
             for device in survey() {
                 match device.found {

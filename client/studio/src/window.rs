@@ -33,6 +33,7 @@ use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WatchSession, WindowSession};
 use crate::hosting::{self, Studio};
+use crate::known;
 use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
@@ -99,8 +100,6 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     };
     if let Some(invitation) = &invitation {
         println!("others join with:  {}", invitation.command());
-    } else if target.code.print().is_none() {
-        println!("note: this short code does not say which server it belongs to; the long one is safer");
     }
     let runtime = hosting::runtime("network")?;
     let (asked, mouse) = pointer();
@@ -116,6 +115,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         let options = PotterOptions { record: session.record.is_some(), claim };
         Potter::join(&endpoint, &target, device, options).await
     })?;
+    if let Place::Joined(target) = &session.place {
+        known::note(target, potter.view().lock().fingerprint);
+    }
     if let Priority::Refused { .. } = potter.granted().priority {
         println!("note: the hand's thread has {}", potter.granted());
     }

@@ -17,6 +17,14 @@ pub(super) const TELL_EVERY: u64 = 250;
 const PEOPLE_MAX: usize = 256;
 
 impl Room {
+    /// Everybody who was let in or waits, by number.
+    #[must_use]
+    pub fn everybody(&self) -> Vec<PersonWire> {
+        let touching: BTreeSet<_> =
+            self.busy.iter().flat_map(|&place| self.benches[place].touching(self.now)).collect();
+        self.people.iter().map(|(client, person)| person.wire(client, touching.contains(&client))).collect()
+    }
+
     /// Tells everybody what has changed; who has been away for long is forgotten.
     pub(super) fn tell_people(&mut self) {
         self.people.expire(self.now, usize::from(self.config.people_max));
@@ -40,7 +48,7 @@ impl Room {
                 at.entry(person.wheel).or_default().push(person);
             }
         }
-        let class = has_teacher.then(|| self.class());
+        let class = has_teacher.then(|| self.lesson());
         let here: Vec<_> = self.people.here().map(|(client, _, peer)| (client, peer)).collect();
         for (client, peer) in here {
             let Some(person) = self.people.person_mut(client) else { continue };
@@ -62,7 +70,8 @@ impl Room {
     }
 
     /// The lesson as teachers are told.
-    fn class(&self) -> ClassWire {
+    #[must_use]
+    pub fn lesson(&self) -> ClassWire {
         let wheel = |bench: &super::Bench| WheelInfo {
             is_open: !bench.is_closed(),
             is_frozen: bench.is_frozen(),

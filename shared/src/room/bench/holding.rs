@@ -105,6 +105,11 @@ impl Bench {
         self.history.step(Step::Back, client, now, &self.pot).is_ok()
     }
 
+    /// When the newest snapshot was taken.
+    pub(in crate::room) const fn snapshot_tick(&self) -> Tick {
+        self.snapshot_tick
+    }
+
     /// Whether a tick has something to do here.
     pub(in crate::room) fn has_work(&self) -> bool {
         !self.seats.is_empty() || self.history.has_work()

@@ -1,0 +1,156 @@
+//! The terminal console: how the lesson stands, once a second, and orders in words, asked of a server on this machine.
+//!
+//! Owns the question and the layout; talks to the operators' port and to nothing else.
+//! Invariant: where nobody looks at a terminal, it says everything once, in plain text.
+
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::Duration;
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+use pottery_server::order_of;
+use pottery_shared::protocol::TeacherToken;
+use serde_json::Value;
+
+/// Time between two looks.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// A server that has not answered by then does not.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// How the lesson on this machine's server stands, and what a teacher orders there.
+///
+/// The server has to be started with --operate. Orders need the teacher's token: lock, unlock, new-code, lobby, no-lobby, admit-all,
+/// end, and freeze, thaw, open or close with a wheel's number or all.
+#[derive(Args, Debug)]
+pub(crate) struct ConsoleFlags {
+    /// The operators' address of the server
+    #[arg(long, value_name = "ADDRESS", env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
+    operate: SocketAddr,
+    /// Say everything once and stop
+    #[arg(long)]
+    once: bool,
+    /// The teacher's token, for orders
+    #[arg(long, value_name = "TOKEN", env = "POTTERY_TEACHER_TOKEN", hide_env_values = true)]
+    teacher_token: Option<TeacherToken>,
+    /// An order, for example: freeze 2
+    order: Vec<String>,
+}
+
+/// Looks, or orders.
+pub(crate) fn run(flags: &ConsoleFlags) -> anyhow::Result<()> {
+    if !flags.order.is_empty() {
+        let words = flags.order.join(" ");
+        order_of(&words)?;
+        let token = flags.teacher_token.context("an order needs the teacher's token: give --teacher-token")?;
+        print!("{}", order(flags.operate, &token, &words)?);
+        return Ok(());
+    }
+    let stays = !flags.once && std::io::stdout().is_terminal();
+    let mut before = Value::Null;
+    loop {
+        let lesson = look(flags.operate)?;
+        let page = page(&lesson, &before);
+        if !stays {
+            print!("{page}");
+            return Ok(());
+        }
+        // from the corner on, over what stood there
+        print!("\x1b[H\x1b[2J{page}");
+        std::io::stdout().flush()?;
+        before = lesson;
+        std::thread::sleep(LOOK_EVERY);
+    }
+}
+
+fn look(address: SocketAddr) -> anyhow::Result<Value> {
+    let body = ask(address, "GET /lesson HTTP/1.1\r\nhost: pottery\r\n\r\n")?;
+    serde_json::from_str(&body).context("what answers there is no pottery server of this version")
+}
+
+fn order(address: SocketAddr, token: &TeacherToken, words: &str) -> anyhow::Result<String> {
+    let length = words.len();
+    ask(
+        address,
+        &format!(
+            "POST /order HTTP/1.1\r\nhost: pottery\r\nauthorization: Bearer {token}\r\ncontent-length: {length}\r\n\r\n{words}"
+        ),
+    )
+}
+
+/// Asks, and returns what is said; a refusal is an error.
+fn ask(address: SocketAddr, request: &str) -> anyhow::Result<String> {
+    ensure!(address.ip().is_loopback(), "a console asks this machine alone: choose a loopback address, not {address}");
+    let mut stream = TcpStream::connect_timeout(&address, PATIENCE)
+        .with_context(|| format!("no server answers operators at {address}; start it with --operate {address}"))?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.write_all(request.as_bytes())?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).context("the server did not answer")?;
+    let (head, body) = answer.split_once("\r\n\r\n").context("what answers there is no pottery server")?;
+    match head.split(' ').nth(1) {
+        Some("200") => Ok(body.to_owned()),
+        _ => bail!("{}", body.trim_end()),
+    }
+}
+
+/// What is shown; ticks are those since the look `before`, where there was one.
+fn page(lesson: &Value, before: &Value) -> String {
+    let mut page = String::new();
+    let mut line = |text: String| writeln!(page, "{text}").expect("a string takes everything");
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let (wheels, people) = (list(&lesson["wheels"]), list(&lesson["people"]));
+    let state = match (lesson["locked"] == true, lesson["lobby"] == true) {
+        (true, _) => "locked",
+        (false, true) => "open, with a lobby",
+        (false, false) => "open",
+    };
+    let [middle, high] = [50, 99].map(|percent| wake_us(&lesson["wake_us"], &before["wake_us"], percent));
+    line(format!("{} people, {} wheels, door {state}", people.len(), wheels.len()));
+    line(format!("tick p50 {middle} us, p99 {high} us; {} late since the start", lesson["late"]));
+    line(String::new());
+    line(format!("{:<7}{:>7}{:>7}{:>10}  {}", "wheel", "people", "rpm", "delta ms", "state"));
+    for (number, wheel) in (1..).zip(&wheels) {
+        let age = wheel["age_ms"].as_u64().map_or_else(|| "-".into(), |age| age.to_string());
+        let frozen = if wheel["frozen"] == true { "frozen" } else { "" };
+        let closed = if wheel["open"] == true { "" } else { "closed" };
+        let rpm = wheel["rpm"].as_f64().unwrap_or_default();
+        line(format!("{number:<7}{:>7}{rpm:>7}{age:>10}  {frozen} {closed}", wheel["people"]).trim_end().to_owned());
+    }
+    line(String::new());
+    line(format!("{:<7}{:<16}{:<9}{:>5}  {}", "number", "name", "role", "wheel", "state"));
+    for person in &people {
+        let text = |key: &str| person[key].as_str().unwrap_or("?").to_owned();
+        let touching = if person["touching"] == true { "touching" } else { "" };
+        let looks_on = if person["works"] == true { "" } else { "looks on" };
+        let row = format!(
+            "{:<7}{:<16}{:<9}{:>5}  {} {touching}{looks_on}",
+            person["number"],
+            text("name"),
+            text("role"),
+            person["wheel"],
+            text("presence")
+        );
+        line(row.trim_end().to_owned());
+    }
+    page
+}
+
+/// Time below which so many percent of the wake-ups since `before` took, µs.
+fn wake_us(now: &Value, before: &Value, percent: u64) -> u64 {
+    let buckets = |value: &Value| -> Vec<(u64, u64)> {
+        let pair = |bucket: &Value| Some((bucket[0].as_u64()?, bucket[1].as_u64()?));
+        value.as_array().into_iter().flatten().filter_map(pair).collect()
+    };
+    let (now, before) = (buckets(now), buckets(before));
+    let earlier = |us: u64| before.iter().find(|(at, _)| *at == us).map_or(0, |(_, count)| *count);
+    let since: Vec<_> = now.iter().map(|(us, count)| (*us, count.saturating_sub(earlier(*us)))).collect();
+    let wanted = since.iter().map(|(_, count)| count).sum::<u64>() * percent / 100;
+    let mut seen = 0;
+    let found = since.iter().find(|(_, count)| {
+        seen += count;
+        seen > wanted
+    });
+    found.map_or(0, |(us, _)| *us)
+}

@@ -1,0 +1,271 @@
+//! A lesson over real sockets: seats that are kept, keys and tokens that are kept, studios that find one another, and the console.
+//!
+//! Real QUIC on loopback, real multicast on this machine, and the real binary; no figure here is judged by the clock.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use pottery_client::device::ScriptedDevice;
+use pottery_client::stroke::Stroke;
+use pottery_client::view::{Link, View};
+use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint, find};
+use pottery_server::{Certificate, Server, ServerConfig, ServerError};
+use pottery_shared::protocol::{JoinCode, Order, Refusal, Role};
+use pottery_shared::session::ClientError;
+use pottery_tests::programs::{folder, program};
+
+const PATIENCE: Duration = Duration::from_secs(30);
+
+fn config() -> ServerConfig {
+    ServerConfig { listen: SocketAddr::from(([127, 0, 0, 1], 0)), wheels: 3, ..ServerConfig::default() }
+}
+
+fn target(server: &Server, wheel: u16) -> Target {
+    Target::new(server.address().to_string(), server.code().clone(), wheel)
+}
+
+fn teachers(server: &Server) -> Target {
+    Target { teacher: server.teacher_token().copied(), ..target(server, 1) }
+}
+
+async fn join(target: &Target) -> Result<(quinn::Endpoint, Potter), JoinError> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
+    let own = endpoint().unwrap();
+    let potter = Potter::join(&own, target, device, PotterOptions::default()).await?;
+    Ok((own, potter))
+}
+
+async fn until(potter: &Potter, what: &str, is_so: impl Fn(&View) -> bool) -> Duration {
+    let began = Instant::now();
+    while !is_so(&potter.view().lock()) {
+        assert!(began.elapsed() < PATIENCE, "{what}: {:?}", potter.view().lock().class);
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    began.elapsed()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_teacher_seats_a_student_who_goes_on_at_another_wheel() {
+    let server = Server::start(config()).unwrap();
+    let (_teachers_end, teacher) = join(&teachers(&server)).await.unwrap();
+    let (_students_end, student) = join(&target(&server, 1)).await.unwrap();
+    until(&teacher, "everybody is told of", |view| view.class.people().count() == 2 && view.class.class().is_some())
+        .await;
+    let place = teacher.view().lock().class.place().copied().unwrap();
+    assert_eq!(place.role, Role::Teacher);
+    let client = student.view().lock().number;
+    let name = student.view().lock().class.place().unwrap().name;
+    tokio::time::sleep(Duration::from_millis(700)).await;
+    assert!(teacher.command(pottery_client::Command::Order(Order::Seat { client, wheel: 3, works: true })));
+    let is_there = |view: &View| {
+        view.link == Link::Open && view.class.place().is_some_and(|place| place.wheel == 3 && place.may_press)
+    };
+    println!("at the other wheel after {:?}", until(&student, "it is at wheel 3", is_there).await);
+    let after = student.view().lock().class.place().copied().unwrap();
+    assert_eq!((after.client, after.name), (client, name));
+    // it presses there, and what it sees is what is there
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    assert!(student.settle(PATIENCE).await);
+    let standing = server.standing().await.unwrap();
+    assert!(standing.pots[2].digest() != standing.pots[1].digest(), "the stroke goes on at the other wheel");
+    assert_eq!(student.view().lock().digest, standing.digests[2]);
+    // a frozen wheel lifts the tool
+    assert!(teacher.command(pottery_client::Command::Order(Order::Freeze { wheel: 0, is_frozen: true })));
+    until(&student, "it is told that the wheel is frozen", |view| !view.class.may_press()).await;
+    assert!(student.status().is_held());
+    // and the end sends it home
+    assert!(teacher.command(pottery_client::Command::Order(Order::End)));
+    until(&student, "it is sent home", |view| view.link == Link::Closed).await;
+    assert_eq!(teacher.view().lock().link, Link::Open);
+    let report = student.leave().await.unwrap();
+    assert_eq!(report.network.mismatches, 0);
+    teacher.leave().await.unwrap();
+    server.stop().await;
+}
+
+fn refusal<T>(outcome: Result<T, JoinError>) -> Refusal {
+    match outcome {
+        Err(JoinError::Session(ClientError::Refused(refusal))) => refusal,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("let in"),
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn token_and_key_outlast_the_server_and_the_token_is_shown_once() {
+    let data = folder("kept");
+    let kept = ServerConfig { data: Some(data.clone()), ..config() };
+    let server = Server::start(kept.clone()).unwrap();
+    let token = *server.teacher_token().unwrap();
+    let print = *server.code().print().unwrap();
+    server.stop().await;
+    for entry in fs::read_dir(&data).unwrap() {
+        let path = entry.unwrap().path();
+        let bytes = fs::read(&path).unwrap();
+        let shows = bytes.windows(32).any(|window| window == token.0);
+        assert!(
+            !shows && !String::from_utf8_lossy(&bytes).contains(&token.to_string()),
+            "{} has the token",
+            path.display()
+        );
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = fs::metadata(data.join("server-key.der")).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "others can read the key");
+    }
+    let server = Server::start(kept.clone()).unwrap();
+    assert!(server.teacher_token().is_none(), "it is shown once");
+    assert_eq!(server.code().print(), Some(&print));
+    let with = |token| Target { teacher: Some(token), ..target(&server, 2) };
+    let (_end, teacher) = join(&with(token)).await.unwrap();
+    assert_eq!(until(&teacher, "is told its role", |view| view.class.place().is_some()).await.as_secs() / 60, 0);
+    assert_eq!(teacher.view().lock().class.place().unwrap().role, Role::Teacher);
+    teacher.leave().await.unwrap();
+    server.stop().await;
+
+    let server = Server::start(ServerConfig { renews_teacher: true, ..kept.clone() }).unwrap();
+    let new = *server.teacher_token().unwrap();
+    assert!(new != token);
+    let old = Target { teacher: Some(token), ..target(&server, 2) };
+    assert_eq!(refusal(join(&old).await), Refusal::Token);
+    server.stop().await;
+    fs::write(data.join("teacher-token.sha256"), "otter").unwrap();
+    let said = Server::start(kept).unwrap_err();
+    assert!(matches!(said, ServerError::Teacher { .. }) && said.to_string().contains("--new-teacher-token"), "{said}");
+    fs::remove_dir_all(data).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_folder_that_takes_nothing_costs_memory_of_yesterday_and_not_the_lesson() {
+    // even who may do everything cannot make a file there
+    let data = Some(Path::new("/proc/self/task").to_owned());
+    let server = Server::start(ServerConfig { data, ..config() }).unwrap();
+    let (_end, teacher) = join(&teachers(&server)).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(1500)).await;
+    assert!(teacher.settle(PATIENCE).await);
+    let standing = server.standing().await.unwrap();
+    assert!(standing.digests[0] != standing.digests[1], "the lesson goes on");
+    teacher.leave().await.unwrap();
+    server.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_short_code_keeps_to_the_key_that_was_shown_first() {
+    let code: JoinCode = "K7QM-3XPD".parse().unwrap();
+    let server = Server::start(ServerConfig { code: Some(code.clone()), ..config() }).unwrap();
+    let short = Target::new(server.address().to_string(), code.clone(), 1);
+    let (_end, first) = join(&short).await.unwrap();
+    let shown = first.view().lock().fingerprint.unwrap();
+    first.leave().await.unwrap();
+    let known = Target { known: Some(shown), ..short.clone() };
+    join(&known).await.unwrap().1.leave().await.unwrap();
+    let other = Target { known: Some(Certificate::fresh().unwrap().sha256()), ..short };
+    let said = join(&other).await.err().unwrap();
+    assert!(matches!(said, JoinError::NewKey { .. }) && said.to_string().contains("--trust-new-key"), "{said}");
+    let own = endpoint().unwrap();
+    assert!(matches!(Onlooker::join(&own, &other, 1000).await, Err(JoinError::NewKey { .. })));
+    server.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_studio_is_found_on_the_network_and_gone_when_it_closes() {
+    let listen = SocketAddr::from(([0, 0, 0, 0], 0));
+    let class = format!("Töpfern {}", std::process::id());
+    let announced = ServerConfig { listen, class: Some(class.clone()), ..config() };
+    let server = Server::start(announced.clone()).unwrap();
+    let silent =
+        Server::start(ServerConfig { is_announced: false, class: Some(format!("{class} b")), ..announced.clone() });
+    let silent = silent.unwrap();
+    let local = Server::start(ServerConfig { listen: config().listen, class: Some(format!("{class} c")), ..announced });
+    let local = local.unwrap();
+    let listened = tokio::task::spawn_blocking(|| find(Duration::from_secs(4)).unwrap()).await.unwrap();
+    let found: Vec<_> = listened.iter().filter(|found| found.class.starts_with(&class)).collect();
+    println!("{listened:?}");
+    assert_eq!(found.len(), 1, "one of the three announces itself: {listened:?}");
+    assert_eq!((found[0].address.port(), found[0].wheels), (server.address().port(), Some(3)));
+    assert!(found[0].is_of_this_version && found[0].class == class);
+    // the address that was found leads there
+    let there = Target::new(found[0].address.to_string(), server.code().clone(), 1);
+    join(&there).await.unwrap().1.leave().await.unwrap();
+    for server in [server, silent, local] {
+        server.stop().await;
+    }
+    let later = tokio::task::spawn_blocking(|| find(Duration::from_secs(2)).unwrap()).await.unwrap();
+    assert!(!later.iter().any(|found| found.class.starts_with(&class)), "{later:?}");
+}
+
+fn console(server: &Server, arguments: &[&str], token: Option<&str>) -> Output {
+    let address = server.operated_at().unwrap().to_string();
+    let mut command = Command::new(program("pottery-server"));
+    command.args(["console", "--operate", &address]).args(arguments).env_remove("POTTERY_TEACHER_TOKEN");
+    if let Some(token) = token {
+        command.env("POTTERY_TEACHER_TOKEN", token);
+    }
+    command.output().unwrap()
+}
+
+fn get(address: SocketAddr, path: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nhost: pottery\r\n\r\n").unwrap();
+    let mut said = String::new();
+    stream.read_to_string(&mut said).unwrap();
+    said
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
+    let operate = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
+    let server = Server::start(ServerConfig { operate, ..config() }).unwrap();
+    let (_end, student) = join(&target(&server, 2)).await.unwrap();
+    until(&student, "is told its name", |view| view.class.place().is_some()).await;
+    let name = student.view().lock().class.place().unwrap().name.to_string();
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let text = |output: &Output| {
+        let said = [output.stdout.clone(), output.stderr.clone()].concat();
+        String::from_utf8(said).unwrap()
+    };
+    let (said, token) = (console(&server, &["--once"], None), server.teacher_token().unwrap().to_string());
+    let page = text(&said);
+    println!("{page}");
+    assert!(
+        said.status.success() && page.contains(&name) && page.contains("student") && page.contains("3 wheels"),
+        "{page}"
+    );
+    let code = server.code().room();
+    assert!(!page.contains(code) && !get(server.operated_at().unwrap(), "/lesson").contains(code));
+    assert!(!page.contains('\x1b'), "plain text where nobody looks at a terminal");
+    // without the token, with another, and with words that mean nothing
+    let foreign = "0".repeat(52);
+    for (words, token, word) in [
+        (&["freeze", "2"][..], None, "--teacher-token"),
+        (&["freeze", "2"], Some(foreign.as_str()), "not the teacher's token"),
+        (&["freeze"], Some(token.as_str()), "wheel"),
+        (&["freeze", "9"], Some(token.as_str()), "no wheel 9"),
+        (&["dance"], Some(token.as_str()), "say lock"),
+    ] {
+        let said = console(&server, words, token);
+        assert!(!said.status.success() && text(&said).contains(word), "{words:?}: {}", text(&said));
+        assert!(student.view().lock().class.may_press());
+    }
+    let said = console(&server, &["freeze", "2"], Some(&token));
+    assert!(said.status.success(), "{}", text(&said));
+    until(&student, "is told that the wheel is frozen", |view| !view.class.may_press()).await;
+    assert!(text(&console(&server, &["--once"], None)).contains("frozen"));
+    let said = text(&console(&server, &["new-code"], Some(&token)));
+    assert!(said.starts_with("done") && !said.contains(code), "{said}");
+    assert_eq!(refusal(join(&target(&server, 1)).await), Refusal::CodeGone);
+    student.leave().await.unwrap();
+    server.stop().await;
+}
