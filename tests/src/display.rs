@@ -80,11 +80,22 @@ impl Display {
     /// When it does not start.
     #[must_use]
     pub fn studio(&self, arguments: &[&str]) -> Child {
+        self.studio_that_logs(arguments, "warn,winit=error,pulseaudio=off")
+    }
+
+    /// Starts it with a log of that filter, which goes to its standard error without colours.
+    ///
+    /// # Panics
+    /// When it does not start.
+    #[must_use]
+    pub fn studio_that_logs(&self, arguments: &[&str], filter: &str) -> Child {
         Command::new(program("pottery-studio"))
             .args(arguments)
             .env("DISPLAY", &self.name)
             .env("XDG_CONFIG_HOME", &self.settings)
             .env("LC_ALL", "C.UTF-8")
+            .env("RUST_LOG", filter)
+            .env("NO_COLOR", "1")
             .env_remove("WAYLAND_DISPLAY")
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -92,10 +92,12 @@ impl Water {
 
     fn dry(&mut self, seconds: f32) {
         let left = (-seconds / Self::DRYING_S).exp();
+        let mut most = 0.0_f32;
         for share in &mut self.share {
+            most = most.max(*share);
             *share *= left;
         }
-        self.unseen += 1.0 - left;
+        self.unseen += most * (1.0 - left);
         if self.unseen > Self::SEEN {
             (self.stamp, self.unseen) = (self.stamp + 1, 0.0);
         }

@@ -27,6 +27,7 @@ use pottery_client::device::survey;
 use arguments::{Arguments, Mode};
 
 fn main() -> ExitCode {
+    window::begin_timing();
     let arguments = Arguments::parse();
     tracing_subscriber::fmt()
         .with_env_filter(

@@ -37,6 +37,7 @@ use crate::known;
 use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
+pub(crate) use app::begin_timing;
 use app::{App, Begin, Held};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};

@@ -4,6 +4,7 @@
 //! Invariant: nothing is drawn while nothing changes.
 
 mod input;
+mod timing;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,6 +25,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::WindowId;
 
+use self::timing::Timing;
 use super::depth::to_clay_m;
 use super::files::Files;
 use super::ghost;
@@ -37,8 +39,11 @@ use super::stage::{Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
-/// Time between pictures when nothing moves: the figures in the panel.
-const FRAME_IDLE: Duration = Duration::from_millis(500);
+pub(crate) use self::timing::begin as begin_timing;
+
+/// Time between looks at the panel when nothing moves, and after which its figures are read again all the same.
+const LOOK_IDLE: Duration = Duration::from_millis(500);
+const FIGURES_IDLE: Duration = Duration::from_secs(10);
 /// People's colours, linear RGB, in the order of their joining.
 const COLOURS: [[f32; 3]; 8] = [
     [0.05, 0.45, 0.75],
@@ -122,6 +127,8 @@ pub(super) struct App {
     files: Files,
     modifiers: ModifiersState,
     cursor: Vec2,
+    /// Where the pointer or a finger is in the picture, −1 to 1.
+    pointed: Option<Vec2>,
     turning_view: bool,
     rpm_before_stop: f32,
     last_frame: Instant,
@@ -132,6 +139,13 @@ pub(super) struct App {
     /// Whether the pot is shown cut open.
     is_cut: bool,
     drawn_phase: Phase,
+    /// The panel and the water as they were drawn, and when the figures were read.
+    drawn_panel: u64,
+    drawn_water: u64,
+    figures_at: Instant,
+    /// A look was asked for that need not come to a picture.
+    only_looks: bool,
+    timing: Timing,
     drawn_tool_m: Option<Vec3>,
     /// The finger that holds the tool.
     finger: Option<u64>,
@@ -226,6 +240,7 @@ impl App {
             files,
             modifiers: ModifiersState::empty(),
             cursor: Vec2::ZERO,
+            pointed: None,
             turning_view: false,
             last_frame: Instant::now(),
             next_frame: Instant::now(),
@@ -233,6 +248,11 @@ impl App {
             dried_at: Instant::now(),
             is_cut: false,
             drawn_phase: Phase::default(),
+            drawn_panel: 0,
+            drawn_water: 0,
+            figures_at: Instant::now(),
+            only_looks: false,
+            timing: Timing::default(),
             drawn_tool_m: None,
             finger: None,
             is_dirty: true,
@@ -376,7 +396,7 @@ impl App {
         tools
     }
 
-    fn read_figures(&mut self, seconds: f32) {
+    fn read_figures(&mut self, seconds: f32, has_cause: bool) {
         let status = self.potter.status();
         self.panel.force_n = status.force_n();
         self.panel.is_touching = status.elements() > 0;
@@ -391,9 +411,7 @@ impl App {
             let (rpm, is_touching, side) = (self.panel.rpm, self.panel.is_touching, self.panel.side);
             self.is_dirty |= lesson.pass(seconds, &Seen { rpm, is_touching, side, height_m });
         }
-        self.panel.late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
-        let rate = 1.0 / seconds.max(1e-3);
-        self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
+        let late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
         let mut view = self.potter.view().lock();
         self.panel.rack = view.rack.len();
         self.panel.history.hear(&mut view);
@@ -407,7 +425,14 @@ impl App {
             Some(Ok(_)) | None => {}
             Some(Err(reason)) => self.refusal = Some(reason),
         }
-        self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        // a picture that only told of its own rate would have no other cause
+        if has_cause || self.figures_at.elapsed() >= FIGURES_IDLE {
+            self.figures_at = Instant::now();
+            self.panel.late_percent = late_percent;
+            let rate = if has_cause { 1.0 / seconds.max(1e-3) } else { 0.0 };
+            self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
+            self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        }
         let monitor = self.held.monitor.as_ref();
         let found = monitor.and_then(|monitor| monitor.about());
         self.panel.device = found.unwrap_or_else(|| self.held.name.to_owned());
@@ -437,11 +462,12 @@ impl App {
     }
 
     fn draw(&mut self) -> anyhow::Result<()> {
+        let has_cause = !std::mem::take(&mut self.only_looks) || self.is_moving();
         let now = Instant::now();
         let seconds = (now - self.last_frame).as_secs_f32().min(0.2);
         self.last_frame = now;
         self.guide(seconds);
-        self.read_figures(seconds);
+        self.read_figures(seconds, has_cause);
         let tools = self.tools();
         let rack = Arc::clone(&self.potter.view().lock().rack);
         let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
@@ -479,8 +505,17 @@ impl App {
             finish: self.panel.liking.finish,
             is_cut: self.is_cut,
         };
-        stage.draw(&Picture::Pot(&scene), shapes)?;
+        let (panel, water) = (shapes.digest(), self.water.stamp());
+        if has_cause || panel != self.drawn_panel || water != self.drawn_water {
+            stage.draw(&Picture::Pot(&scene), shapes)?;
+            (self.drawn_panel, self.drawn_water) = (panel, water);
+            self.timing.drawn(self.drawn_tool_m);
+        } else {
+            stage.leave(shapes);
+        }
         self.is_dirty = false;
+        // only now is it known what lies under a pointer that has moved
+        self.is_dirty = self.point();
         self.potter.status().switch_force_off(self.panel.is_force_off);
         self.held.sound.mute(!self.panel.is_heard);
         self.keep();
@@ -566,11 +601,11 @@ impl ApplicationHandler<Call> for App {
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.moved(Vec2::new(position.x as f32, position.y as f32));
-                if self.overlay.as_ref().is_some_and(Overlay::has_pointer) {
-                    self.hand.point_to(None);
-                }
             }
-            WindowEvent::CursorLeft { .. } => self.hand.point_to(None),
+            WindowEvent::CursorLeft { .. } => {
+                self.pointed = None;
+                self.point();
+            }
             WindowEvent::Touch(touch) if !is_panels => self.touched(&touch),
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 self.hand.press_button(state == ElementState::Pressed && !is_panels);
@@ -603,8 +638,10 @@ impl ApplicationHandler<Call> for App {
         let Some(stage) = &self.stage else { return };
         let frame = super::frame(stage.gpu());
         let since = self.last_frame.elapsed();
-        let due = if self.is_moving() { frame } else { FRAME_IDLE };
+        let is_moving = self.is_moving();
+        let due = if is_moving { frame } else { LOOK_IDLE };
         if since >= due {
+            self.only_looks = !is_moving;
             stage.window.request_redraw();
         }
         self.next_frame = Instant::now() + if since >= due { frame } else { frame.min(due - since) };

@@ -70,8 +70,9 @@ impl Hand {
         hand
     }
 
-    pub(super) const fn point_to(&mut self, pointer: Option<Vec2>) {
-        self.pointer = pointer;
+    /// Follows the pointer from now on; whether it was elsewhere.
+    pub(super) fn point_to(&mut self, pointer: Option<Vec2>) -> bool {
+        std::mem::replace(&mut self.pointer, pointer) != pointer
     }
 
     pub(super) const fn press_button(&mut self, pressed: bool) {

@@ -3,6 +3,7 @@
 //! Owns the graphics device; knows no people and no network.
 //! Invariant: the surface is configured to the window's size whenever that is not zero.
 
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -13,6 +14,23 @@ use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
+
+impl PanelShapes {
+    /// A figure that is another when what is to be seen is another; textures that change are seen.
+    pub(super) fn digest(&self) -> u64 {
+        let mut hasher = std::hash::DefaultHasher::new();
+        (self.primitives.len(), self.textures.set.len()).hash(&mut hasher);
+        for primitive in &self.primitives {
+            if let egui::epaint::Primitive::Mesh(mesh) = &primitive.primitive {
+                for vertex in &mesh.vertices {
+                    (vertex.pos.x.to_bits(), vertex.pos.y.to_bits()).hash(&mut hasher);
+                    (vertex.uv.x.to_bits(), vertex.uv.y.to_bits(), vertex.color).hash(&mut hasher);
+                }
+            }
+        }
+        hasher.finish()
+    }
+}
 
 /// What draws the clay.
 pub(super) enum Painter {
@@ -127,6 +145,20 @@ impl Stage {
             Painter::Gallery(gallery) => Some(gallery),
             Painter::Pot(_) => None,
         }
+    }
+
+    /// Takes care of shapes that need not be drawn, since what is to be seen of them is there already.
+    #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
+    pub(super) fn leave(&mut self, mut shapes: PanelShapes) {
+        for (id, deltas) in &shapes.textures.set {
+            for delta in deltas {
+                self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
+            }
+        }
+        for id in &shapes.textures.free {
+            self.panel.free_texture(id);
+        }
+        shapes.textures.clear();
     }
 
     /// Draws one picture; what cannot be drawn now is drawn next time.

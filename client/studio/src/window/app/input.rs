@@ -110,7 +110,17 @@ impl App {
             self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
-        self.hand.point_to(Some(ndc));
+        self.pointed = Some(ndc);
+        self.point();
+        // the hand's thread hears of it now, and what it makes of it is in the next picture
+        self.guide(0.0);
+        self.timing.moved(self.drawn_tool_m);
+    }
+
+    /// Points the hand where the pointer is, unless that is over the panel; whether it pointed elsewhere.
+    pub(super) fn point(&mut self) -> bool {
+        let is_panels = self.overlay.as_ref().is_some_and(Overlay::has_pointer);
+        self.hand.point_to(self.pointed.filter(|_| !is_panels))
     }
 
     /// One finger is the mouse with its left button down; others are left alone.
@@ -123,7 +133,8 @@ impl App {
         self.moved(Vec2::new(touch.location.x as f32, touch.location.y as f32));
         self.hand.press_button(is_down);
         if !is_down {
-            self.hand.point_to(None);
+            self.pointed = None;
+            self.point();
         }
     }
 

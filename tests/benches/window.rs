@@ -1,0 +1,117 @@
+//! What a window costs and how quick it is: the first picture, a pointer's way into the picture, and a studio at rest.
+//!
+//! Runs the studio on a virtual display and reads what it logs and what the system counts of its threads. Drawn by the processor where
+//! there is no card: these are then the figures of the automatic mode.
+//! `cargo bench -p pottery-tests --bench window`
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use pottery_tests::display::{Display, SIZE};
+
+/// Starts that are timed, movements of the pointer, and how long a studio rests: longer than its clay is seen to dry.
+const STARTS: usize = 5;
+const MOVES: usize = 60;
+const DRIES: Duration = Duration::from_secs(270);
+const RESTS: Duration = Duration::from_secs(30);
+
+fn open(display: &Display) -> (Child, String) {
+    let studio =
+        display.studio_that_logs(&["--listen", "127.0.0.1:0", "--mute"], "warn,pottery_studio=debug,winit=error");
+    let window = display.window(&[]);
+    let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
+    display.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);
+    display.run("xdotool", &["windowmove", "--sync", &window, "0", "0", "windowfocus", &window]);
+    std::thread::sleep(Duration::from_secs(2));
+    (studio, window)
+}
+
+/// Closes it; the figures of every line that says `what`, by their names.
+fn close(display: &Display, window: &str, mut studio: Child, what: &str) -> Vec<BTreeMap<String, f64>> {
+    display.run("xdotool", &["windowfocus", window, "key", "Escape"]);
+    let mut said = String::new();
+    if let Some(mut stderr) = studio.stderr.take() {
+        stderr.read_to_string(&mut said).expect("the studio's words are text");
+    }
+    studio.wait().expect("the studio ends");
+    let lines = said.lines().filter(|line| line.contains(what));
+    let figures = lines.map(|line| {
+        let fields = line.split_whitespace().filter_map(|field| field.split_once('='));
+        fields.filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?))).collect()
+    });
+    figures.collect()
+}
+
+fn median(mut of: Vec<f64>) -> f64 {
+    of.sort_by(f64::total_cmp);
+    of.get(of.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Ticks of processor time that each thread of a process has had, by their names; a tick is 10 ms.
+fn threads(studio: &Child) -> BTreeMap<String, u64> {
+    let mut threads = BTreeMap::new();
+    let folder = format!("/proc/{}/task", studio.id());
+    for task in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let read = |name: &str| fs::read_to_string(task.path().join(name)).unwrap_or_default();
+        let (name, stat) = (read("comm"), read("stat"));
+        // behind the name in brackets: state, ten figures, then user and system time
+        let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+        let ticks: u64 = fields.skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
+        *threads.entry(name.trim().to_owned()).or_default() += ticks;
+    }
+    threads
+}
+
+fn main() {
+    let display = Display::new();
+    let mut firsts = Vec::new();
+    for _ in 0..STARTS {
+        let (studio, window) = open(&display);
+        firsts.extend(
+            close(&display, &window, studio, "first picture").iter().filter_map(|line| line.get("ms").copied()),
+        );
+    }
+    println!(
+        "from the start of the binary to the first picture: {:.0} ms (median of {}: {firsts:?})",
+        median(firsts.clone()),
+        firsts.len()
+    );
+
+    let (studio, window) = open(&display);
+    for step in 0..MOVES {
+        display.run("xdotool", &["mousemove", &(560 + 2 * step).to_string(), &(260 + 3 * step).to_string()]);
+        std::thread::sleep(Duration::from_millis(150));
+    }
+    let moves = close(&display, &window, studio, "input in picture");
+    let of = |name: &str| moves.iter().filter_map(|line| line.get(name).copied()).collect::<Vec<_>>();
+    let pictures = of("pictures");
+    let within = pictures.iter().filter(|pictures| **pictures <= 2.0).count();
+    println!(
+        "from a pointer that moves to a picture of it: {:.0} pictures, {:.0} ms (medians of {}; {within} within two pictures)",
+        median(pictures.clone()),
+        median(of("ms")),
+        pictures.len(),
+    );
+
+    let (studio, window) = open(&display);
+    display.run("xdotool", &["mousemove", "140", "672", "key", "space"]);
+    println!("a studio at rest, once its clay has dried …");
+    std::thread::sleep(DRIES);
+    let (before, began) = (threads(&studio), Instant::now());
+    std::thread::sleep(RESTS);
+    let (after, passed_s) = (threads(&studio), began.elapsed().as_secs_f64());
+    let share = |name: &str, ticks: u64| (ticks - before.get(name).copied().unwrap_or(ticks)) as f64 / passed_s;
+    let mut total = 0.0;
+    for (name, &ticks) in &after {
+        let percent = share(name, ticks);
+        total += percent;
+        if percent > 0.0 {
+            println!("  {name:<16} {percent:5.2} % of a core");
+        }
+    }
+    println!("  {:<16} {total:5.2} %", "together");
+    close(&display, &window, studio, "first picture");
+}
