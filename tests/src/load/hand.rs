@@ -11,7 +11,7 @@ use glam::Vec3;
 use pottery_client::rehearsal::dice::Dice;
 use pottery_client::stroke::Stroke;
 use pottery_shared::prediction::Pending;
-use pottery_shared::protocol::{self, DATAGRAM_MAX};
+use pottery_shared::protocol::{self, DATAGRAM_MAX, Upload};
 use pottery_shared::session::{Lead, pack};
 use pottery_shared::tool::{Position, Side, ToolSample};
 use pottery_shared::units::Tick;
@@ -183,7 +183,7 @@ impl Hand {
         if end.wrapping_sub(self.unsent) as i32 > 0 {
             self.unsent = end;
         }
-        Some(protocol::encode(&inputs))
+        Some(protocol::encode(&Upload { inputs, hand: None }))
     }
 
     /// Takes in how much time samples had to spare.

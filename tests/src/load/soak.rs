@@ -10,7 +10,7 @@ use std::time::Duration;
 use pottery_client::stroke::{Stroke, StrokeError};
 use pottery_shared::clay::{Material, MethodKind, PotSpec};
 use pottery_shared::protocol::{self, CONTROL_MAX, DATAGRAM_MEMORY_MAX, FrameReader, KEYFRAME_MAX, Notice, Pulse};
-use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
+use pottery_shared::room::{Lane, PeerId, Room, RoomConfig, Transmit};
 use pottery_shared::session::Client;
 use pottery_shared::units::{Rpm, Tick};
 use serde::Serialize;
@@ -110,8 +110,13 @@ pub fn in_virtual_time(plan: &Plan, seconds: u64) -> Result<Virtual, StrokeError
         clay: Material::default(),
     })
     .expect("the paper's pot can be made");
-    let mut seats: Vec<_> = (0..plan.potters).map(|number| seat(&mut room, plan, number, &stroke)).collect();
+    let mut unheard = Vec::new();
+    let mut seats: Vec<_> =
+        (0..plan.potters).map(|number| seat(&mut room, plan, number, &stroke, &mut unheard)).collect();
     let ledger = Ledger::default();
+    for Transmit { to, lane } in unheard {
+        seats[to.0 as usize].hear(lane, Duration::ZERO, &ledger);
+    }
     let begun = std::time::Instant::now();
     let mut memory = Vec::new();
     for millisecond in 1..=seconds * 1000 {
@@ -139,15 +144,20 @@ pub fn in_virtual_time(plan: &Plan, seconds: u64) -> Result<Virtual, StrokeError
     })
 }
 
-fn seat(room: &mut Room, plan: &Plan, number: u32, stroke: &Arc<Stroke>) -> Seat {
+/// Somebody who is let in; what the room says beside that goes to `unheard`.
+fn seat(room: &mut Room, plan: &Plan, number: u32, stroke: &Arc<Stroke>, unheard: &mut Vec<Transmit>) -> Seat {
     let wheel = (number % u32::from(plan.used())) as u16 + 1;
     let peer = PeerId(u64::from(number));
     room.handle_control(peer, &bare(&Client::greeting("SOAK", wheel, true)));
-    let Some(Lane::Control(frame)) = room.poll_transmit().map(|transmit| transmit.lane) else {
-        panic!("a room answers a greeting")
-    };
-    let Ok(Notice::Welcome(welcome)) = protocol::decode::<CONTROL_MAX, Notice>(&bare(&frame)) else {
-        panic!("a room lets in whom it expects")
+    let welcome = loop {
+        let transmit = room.poll_transmit().expect("a room lets in whom it expects");
+        if transmit.to == peer
+            && let Lane::Control(frame) = &transmit.lane
+            && let Ok(Notice::Welcome(welcome)) = protocol::decode::<CONTROL_MAX, Notice>(&bare(frame))
+        {
+            break welcome;
+        }
+        unheard.push(transmit);
     };
     Seat {
         hand: Hand::new(0, Tick(welcome.now), Duration::ZERO),
