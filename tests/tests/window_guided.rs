@@ -28,10 +28,14 @@ async fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Pixels of the display that are of a kind.
+/// How far the panel reaches from the left, pixels; names in it have the colours of who bears them, whatever those are.
+const PANEL: usize = 280;
+
+/// Pixels of the display right of the panel that are of a kind.
 fn count(display: &Display, is_one: impl Fn([i32; 3]) -> bool) -> usize {
     let pixels = display.pixels();
-    pixels.as_chunks::<3>().0.iter().filter(|rgb| is_one(rgb.map(i32::from))).count()
+    let rows = pixels.as_chunks::<3>().0.chunks_exact(SIZE.0);
+    rows.flat_map(|row| &row[PANEL..]).filter(|rgb| is_one(rgb.map(i32::from))).count()
 }
 
 /// The blue of a pot that is wanted, which lets shine through what is behind, and the yellow of a teacher's line.
