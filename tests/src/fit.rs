@@ -1,12 +1,14 @@
-//! Where the constants of the studio's own clay come from: its law fitted to finite-element dents of a backed wall, and what
-//! a sliding tool adds to it to finite-element strokes.
+//! Where the constants of the studio's own clay come from: its law fitted to finite-element dents of a backed wall, what a
+//! sliding tool adds to it to finite-element strokes, and how a hollow wall yields to forces on one.
 //!
-//! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes [`strokes`]'.
+//! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes [`strokes`]', the
+//! forces [`walls`]'.
 //! Invariant: the same dents, start and number of iterations give the same constants, bit for bit.
 
 pub mod dents;
 pub mod simplex;
 pub mod strokes;
+pub mod walls;
 
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 

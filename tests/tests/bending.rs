@@ -34,8 +34,8 @@ fn what_one_height_does_to_another_is_what_the_other_does_to_it() {
         let wall = bending(pot);
         for (one, other) in [(0.05, 0.19), (0.1, 0.103), (0.02, 0.2)] {
             for angle in [0.0, 0.4, 3.0] {
-                let there = wall.under(1.0, 0.0, one, 0.0).at_m(angle, other);
-                let back = wall.under(1.0, 0.0, other, 0.0).at_m(-angle, one);
+                let there = wall.under(1.0, 0.0, 0.0, one, 0.0).at_m(angle, other);
+                let back = wall.under(1.0, 0.0, 0.0, other, 0.0).at_m(-angle, one);
                 // rounding of sums of up to thirteen harmonics
                 assert!((there - back).abs() <= 1e-5 * there.abs().max(1.0), "{pot:?}: {there} and {back}");
             }
@@ -74,7 +74,7 @@ fn whole_wall_moves_as_another_solver_says() {
         let mut worst = [0.0_f64; 2];
         for load in [0.3, 0.5, 0.8, 1.0_f32] {
             let load_mm = f64::from(load * pot[2]);
-            let bend = wall.under(1.0, 0.5, load_mm as f32 * 1e-3, 0.0);
+            let bend = wall.under(1.0, 0.0, 0.5, load_mm as f32 * 1e-3, 0.0);
             let top = all.at_mm(0.0, load_mm, load_mm);
             for (step, turn) in (0..=20).flat_map(|step| (0..=24).map(move |turn| (step, turn))) {
                 let (z_mm, angle) = (f64::from(step) * 0.05 * f64::from(pot[2]), f64::from(turn) * PI / 12.0);
@@ -129,7 +129,7 @@ fn slender_wall_between_opposed_lines_is_a_ring() {
     let closer: f32 = (0..=40)
         .map(|node| {
             let load = if node == 0 || node == 40 { 0.5 * step_m } else { step_m };
-            let bend = wall.under(load, 0.0, node as f32 * step_m, 0.0);
+            let bend = wall.under(load, 0.0, 0.0, node as f32 * step_m, 0.0);
             2.0 * (bend.at_m(0.0, 0.3) + bend.at_m(std::f32::consts::PI, 0.3))
         })
         .sum();
@@ -146,7 +146,7 @@ fn far_field_is_the_reference_s() {
     let wall = bending(POTS[0]);
     for (force_n, depth_mm) in [(1.2768, 1), (2.6031, 2)] {
         let reference = reference_profile(Standing::Hollow, depth_mm, false);
-        let bend = wall.under(force_n / 2e6, 0.0, 0.1, 0.0);
+        let bend = wall.under(force_n / 2e6, 0.0, 0.0, 0.1, 0.0);
         let [mut both, mut ours2, mut theirs2] = [0.0; 3];
         for (turn, step) in (0..=36).flat_map(|turn| (0..=20).map(move |step| (turn, step))) {
             let (angle, z_mm) = (f64::from(turn) * PI / 36.0, f64::from(step) * 10.0);
@@ -194,7 +194,7 @@ fn wall_bends_alike_on_every_machine() {
     let mut digest = Digest::default();
     for pot in POTS {
         let wall = bending(pot);
-        let bend = wall.under(1e-6, 0.3, 0.111, 0.004);
+        let bend = wall.under(1e-6, 0.0, 0.3, 0.111, 0.004);
         for step in 0..100 {
             let z_m = step as f32 * 0.002;
             digest.add(wall.compliance(z_m, 0.003).to_bits());

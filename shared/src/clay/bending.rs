@@ -27,6 +27,9 @@ const BAND: usize = 2 * UNKNOWNS - 1;
 /// the load goes by: both from shells of radii 37 to 57.5 mm and walls of 5 to 12 mm, loaded on discs of 2 to 10 mm.
 const PLATE_REACH: f32 = 4.5;
 const CURVED_REACH: f32 = 3.05;
+/// Length within which a wall that yields folds to a cone, over √(R·t): from the finite-element pot pressed in by 4 mm, half of a
+/// wall that yields a third more than an elastic one would give way.
+const FOLD_REACH: f32 = 1.65;
 
 /// A wall with nothing behind it: a thin cylindrical shell, fixed at the foot and free at the rim.
 ///
@@ -111,10 +114,19 @@ impl WallBending {
         (libm::logf(reach) - 0.5 - 1.0 / 12.0).max(0.0) / plate.eight_pi_rigidity()
     }
 
-    /// The whole wall's deflection under a load at an angle and a height on a disc of radius `patch_m`; the load is a force
-    /// over Young's modulus, m².
+    /// Load at which a plate as thick as the wall folds about it, a force over Young's modulus, m², for clay that yields at a share
+    /// of Young's modulus.
+    ///
+    /// `2π·σ_y·t²/(4·E)`: 2π times the moment that a strip bears (Hopkins and Prager 1953).
     #[must_use]
-    pub fn under(&self, load_m2: f32, angle_rad: f32, z_m: f32, patch_m: f32) -> Bend {
+    pub fn fold_m2(&self, yields_at: f32) -> f32 {
+        0.5 * core::f32::consts::PI * yields_at * self.wall_m * self.wall_m
+    }
+
+    /// The whole wall's deflection under a load at an angle and a height on a disc of radius `patch_m`, elastic but for a cone of
+    /// depth `hinge_m` where it folds; the load is a force over Young's modulus, m².
+    #[must_use]
+    pub fn under(&self, load_m2: f32, hinge_m: f32, angle_rad: f32, z_m: f32, patch_m: f32) -> Bend {
         let place = self.place(z_m);
         let mut shares = [[0.0; NODES]; HARMONICS];
         for (shares, square) in shares.iter_mut().zip(self.answers.chunks_exact(NODES * NODES)) {
@@ -123,7 +135,8 @@ impl WallBending {
             }
         }
         let radius_m = self.radius_m - 0.5 * self.wall_m;
-        Bend { load_m2, angle_rad, z_m, patch_m, radius_m, height_m: self.height_m, plate: self.plate(), shares }
+        let (plate, height_m) = (self.plate(), self.height_m);
+        Bend { load_m2, hinge_m, angle_rad, z_m, patch_m, radius_m, height_m, plate, shares }
     }
 
     fn place(&self, z_m: f32) -> Place {
@@ -143,6 +156,7 @@ impl WallBending {
 #[derive(Clone, Debug)]
 pub struct Bend {
     load_m2: f32,
+    hinge_m: f32,
     angle_rad: f32,
     z_m: f32,
     patch_m: f32,
@@ -171,7 +185,8 @@ impl Bend {
         }
         let turn_rad = away_rad - core::f32::consts::TAU * libm::roundf(away_rad / core::f32::consts::TAU);
         let distance_m = libm::hypotf(turn_rad * self.radius_m, z_m - self.z_m);
-        all - self.load_m2 * self.plate.patch(distance_m, self.patch_m)
+        let fold = (1.0 - distance_m / (FOLD_REACH / PLATE_REACH * self.plate.reach_m)).max(0.0);
+        all - self.load_m2 * self.plate.patch(distance_m, self.patch_m) + self.hinge_m * fold
     }
 }
 

@@ -53,6 +53,8 @@ pub struct Sink {
     pub width: f32,
     /// Radial force on a wall with nothing behind it, over Young's modulus, positive towards the axis, m².
     pub load_m2: f32,
+    /// What such a wall gives way beyond an elastic one, as it yields where it bends most, m; towards where the load is.
+    pub hinge_m: f32,
 }
 
 impl Sink {
@@ -62,7 +64,7 @@ impl Sink {
     #[must_use]
     pub fn bend(&self, surface: &Surface) -> Option<Bend> {
         let patch_m = libm::sqrtf(self.half_arc_m * self.half_height_m);
-        surface.bending().map(|bending| bending.under(self.load_m2, self.angle_rad, self.z_m, patch_m))
+        surface.bending().map(|bending| bending.under(self.load_m2, self.hinge_m, self.angle_rad, self.z_m, patch_m))
     }
 
     /// Depth at a place of the pot, without the wall's bending, m.

@@ -11,7 +11,7 @@ use super::ellipse::{Ellipse, Moments, Step};
 use super::lanes::{Simd, SimdBase, apart, f32x8, only, positive, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
-use super::series::{Asked, GivenWay};
+use super::series::{Asked, GivenWay, Hinge};
 use super::window::{Push, Scratch};
 use super::{Contact, Footprint, Method, Press, Sink, Strength, Support, Surface, Window};
 use crate::tool::{Side, Tool};
@@ -44,7 +44,7 @@ pub(super) const STEEPEST: f32 = 0.5;
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.85·o` of what else
 ///   would not rise does, and the pressure is less by 0.2·o;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
-///   `w = C·F/E` (see [`super::WallBending`]), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
+///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
 ///   left out.
 ///
@@ -101,7 +101,7 @@ impl PlasticCsem {
         let contacts = &mut scratch.contacts;
         let at = At { surface, press, step };
         let round = (!contacts.is_faceted()).then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
-        let (load_m2, met) = match &round {
+        let (way, met) = match &round {
             Some(round) => self.bend_and_meet(simd, &at, round, contacts),
             None => self.bend_and_meet(simd, &at, &Faceted, contacts),
         };
@@ -152,12 +152,13 @@ impl PlasticCsem {
                 support: surface.support(),
                 bowl: spot.bowl,
                 width: self.law.sink_width(spot.layer),
-                load_m2,
+                load_m2: outwards(press.side) * way.load_m2,
+                hinge_m: outwards(press.side) * way.hinge_m,
             }),
         }
     }
 
-    /// Force on a wall that bends, as [`PlasticCsem::bend`] tells it, and what the clay then opposes.
+    /// How a wall gives way that bends, and what the clay then opposes.
     #[inline(always)]
     fn bend_and_meet<S: Simd>(
         &self,
@@ -165,8 +166,8 @@ impl PlasticCsem {
         at: &At<'_>,
         face: &impl Face,
         contacts: &mut Contacts,
-    ) -> (f32, Option<Met>) {
-        let load_m2 = self.bend(simd, at, face, contacts);
+    ) -> (GivenWay, Option<Met>) {
+        let way = self.bend(simd, at, face, contacts);
         let met = self.meet(
             simd,
             at,
@@ -175,7 +176,7 @@ impl PlasticCsem {
             #[inline(always)]
             |_, chunk, above| chunk.penetration_m.on(above.simd),
         );
-        (load_m2, met)
+        (way, met)
     }
 
     /// What the clay opposes to penetrations; `None` where none is left.
@@ -232,12 +233,12 @@ impl PlasticCsem {
     }
 
     /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
-    ///
-    /// Returns the force on the wall over Young's modulus, positive towards the axis, m².
     #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, face: &impl Face, contacts: &mut Contacts) -> f32 {
+    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, face: &impl Face, contacts: &mut Contacts) -> GivenWay {
         let &At { surface, press, step } = at;
-        let Some(bending) = surface.bending() else { return 0.0 };
+        let Some(bending) = surface.bending() else { return GivenWay::default() };
+        let Strength { yield_pa, youngs_pa } = press.strength;
+        let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
         let asked = |contacts: &Contacts, way: &GivenWay| {
             simd.vectorize(
                 #[inline(always)]
@@ -247,15 +248,15 @@ impl PlasticCsem {
                     let ellipse = &met.spot.ellipse;
                     let patch_m = ellipse.mean_half_m();
                     Some(Asked {
-                        load_m2: force_n / press.strength.youngs_pa,
+                        load_m2: force_n / youngs_pa,
                         compliance_per_m: bending.compliance(press.centre_m.z + ellipse.above_m, patch_m),
                         bow_per_m3: bending.bow(patch_m),
+                        hinge,
                     })
                 },
             )
         };
-        let way = GivenWay::settled(simd, contacts, asked);
-        outwards(press.side) * way.load_m2
+        GivenWay::settled(simd, contacts, asked)
     }
 
     /// What the clay opposes to what is left of the penetrations after a wall has given way, and what [`radial`] says of it.

@@ -9,8 +9,8 @@ use super::lanes::{Simd, SimdBase, SimdMask, f32x8, positive, splat};
 
 /// Looks at the contact, at most.
 pub(super) const LOOKS_MAX: u32 = 8;
-/// Difference between what the wall gives way and what the force would have it do at which both are taken as one, as a share
-/// of it; it bounds the error of the force.
+/// Difference between what the wall bears and what is on it at which both are taken as one, as a share of it; it bounds the
+/// error of the force.
 const CLOSE: f32 = 1.0 / 400.0;
 
 /// How far the wall gives way under a tool: `depth − bow·s²` at the distance s from it.
@@ -22,6 +22,8 @@ pub(super) struct GivenWay {
     bow_per_m: f32,
     /// Force on the wall over Young's modulus, m².
     pub(super) load_m2: f32,
+    /// What of the depth an elastic wall would not give way, m.
+    pub(super) hinge_m: f32,
 }
 
 /// What a contact asks of the wall.
@@ -32,16 +34,61 @@ pub(super) struct Asked {
     /// Depth and bow that a load makes, 1/m and 1/m³: see [`super::WallBending`].
     pub(super) compliance_per_m: f32,
     pub(super) bow_per_m3: f32,
+    /// When it yields.
+    pub(super) hinge: Hinge,
 }
 
 impl Asked {
-    fn depth_m(&self) -> f32 {
+    /// How far an elastic wall would give way, m.
+    fn elastic_m(&self) -> f32 {
         self.load_m2 * self.compliance_per_m
     }
 
+    /// How far an elastic wall would give way to what gives this one way by a depth, m.
+    fn borne_m(&self, depth_m: f32) -> f32 {
+        self.hinge.load_m2(depth_m / self.compliance_per_m) * self.compliance_per_m
+    }
+
     fn given(&self, depth_m: f32) -> GivenWay {
-        let load_m2 = depth_m / self.compliance_per_m;
-        GivenWay { depth_m, bow_per_m: load_m2 * self.bow_per_m3, load_m2 }
+        let load_m2 = self.hinge.load_m2(depth_m / self.compliance_per_m);
+        let hinge_m = (depth_m - load_m2 * self.compliance_per_m).max(0.0);
+        GivenWay { depth_m, bow_per_m: load_m2 * self.bow_per_m3, load_m2, hinge_m }
+    }
+}
+
+/// How a wall yields where it bends most: it gives way by `C·L·(1 + α·(L/P)⁶)` under the load L, with an elastic wall's compliance
+/// C and the load P at which a plate folds (Ramberg and Osgood 1943 for the form).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hinge {
+    /// α.
+    pub(super) share: f32,
+    /// P, a force over Young's modulus, m².
+    pub(super) fold_m2: f32,
+}
+
+impl Hinge {
+    /// Newton's steps, from a start that is at most a tenth too high: what is left is below the rounding of `f32`.
+    const STEPS: u32 = 4;
+
+    /// `α·(L/P)⁶`.
+    fn softer(&self, load_m2: f32) -> f32 {
+        let square = (load_m2 / self.fold_m2) * (load_m2 / self.fold_m2);
+        self.share * square * square * square
+    }
+
+    /// L for `L·(1 + α·(L/P)⁶)`, which is an elastic wall's load for the same depth, m².
+    fn load_m2(&self, elastic_m2: f32) -> f32 {
+        let softer = self.softer(elastic_m2);
+        if softer < 1e-6 {
+            return elastic_m2;
+        }
+        // without the one and without the other of the two summands there is more load than with both
+        let mut load_m2 = if softer < 1.0 { elastic_m2 } else { elastic_m2 * libm::powf(softer, -1.0 / 7.0) };
+        for _ in 0..Self::STEPS {
+            let softer = self.softer(load_m2);
+            load_m2 -= (load_m2 * (1.0 + softer) - elastic_m2) / (1.0 + 7.0 * softer);
+        }
+        load_m2
     }
 }
 
@@ -55,12 +102,12 @@ impl GivenWay {
         (chunk.penetration_m.on(simd) - given.max(splat(simd, 0.0))).max(splat(simd, 0.0))
     }
 
-    /// Where wall and contact agree: the root of `g(w) = w^¾ − (C·F(p − w)/E)^¾`, with the penetration p and the radial force F,
-    /// taken off every penetration.
+    /// Where wall and contact agree: the root of `g(w) = (C·L(w))^¾ − (C·F(p − w)/E)^¾`, with the penetration p, the radial force F and
+    /// the load L under which the wall gives way by w, taken off every penetration.
     ///
-    /// F falls with w, so that there is one root between 0 and p, and nearly as `(p − w)^(4/3)`, so that g is nearly straight:
-    /// regula falsi, the end that stays brought nearer as by Anderson and Björck (1973). `asked` tells F and C of the contact that
-    /// is left, and nothing when none is.
+    /// F falls with w and L rises, so that there is one root between 0 and p. F falls nearly as `(p − w)^(4/3)` and L rises evenly
+    /// while the wall is elastic, so that g is nearly straight: regula falsi, the end that stays brought nearer as by Anderson and
+    /// Björck (1973). `asked` tells F and C of the contact that is left, and nothing when none is.
     #[inline(always)]
     pub(super) fn settled<S: Simd>(
         simd: S,
@@ -70,23 +117,24 @@ impl GivenWay {
         let Some(mut asks) = asked(contacts, &Self::default()).filter(|asks| asks.load_m2 > 0.0) else {
             return Self::default();
         };
-        if asks.depth_m() <= 0.0 {
+        if asks.elastic_m() <= 0.0 {
             // beside the foot, which does not give way
             return Self { load_m2: asks.load_m2, ..Self::default() };
         }
-        let mut low = End { depth_m: 0.0, excess: -straight(asks.depth_m()) };
-        let mut high = End { depth_m: contacts.deepest_m, excess: straight(contacts.deepest_m) };
+        let mut low = End { depth_m: 0.0, excess: -straight(asks.elastic_m()) };
+        let mut high = End { depth_m: contacts.deepest_m, excess: straight(asks.borne_m(contacts.deepest_m)) };
         let mut depth_m = low.root_m(&high);
         let mut stayed = None;
         for _ in 1..LOOKS_MAX {
             let way = asks.given(depth_m);
             let next = asked(contacts, &way);
-            let asked_m = next.map_or(0.0, |next| next.depth_m());
+            let asked_m = next.map_or(0.0, |next| next.elastic_m());
             asks = next.unwrap_or(asks);
-            if (depth_m - asked_m).abs() <= CLOSE * depth_m {
+            let borne_m = asks.borne_m(depth_m);
+            if (borne_m - asked_m).abs() <= CLOSE * borne_m {
                 break;
             }
-            let end = End { depth_m, excess: straight(depth_m) - straight(asked_m) };
+            let end = End { depth_m, excess: straight(borne_m) - straight(asked_m) };
             if end.excess < 0.0 {
                 if stayed == Some(Stayed::High) {
                     high.excess *= end.nearer(&low);

@@ -14,7 +14,7 @@ use crate::reference::{ForceCurve, Profile};
 const CELLS: i32 = 30;
 const CELL_MM: f64 = 0.5;
 /// The reference's ball stops within so much of its travel, mm.
-const STOPS_WITHIN_MM: f64 = 0.011;
+pub(super) const STOPS_WITHIN_MM: f64 = 0.011;
 
 /// A dent and what it is known to be like.
 #[derive(Clone, Debug)]

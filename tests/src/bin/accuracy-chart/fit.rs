@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 use pottery_tests::fit::dents::KnownDent;
 use pottery_tests::fit::strokes::{self, StrokeFigures};
+use pottery_tests::fit::walls::{self, KnownForce};
 use pottery_tests::fit::{self, FREE, FitError, Misfit, SLIDING};
 
 const MEANING: &str = "\
@@ -19,6 +20,7 @@ What it does:
   Then it draws balls of 12 and 20 mm along the wall and moves the five constants of sliding downhill, with all else held. A
   stroke scores RMS of its groove over its depth + 0.3 x error of its force; the worst of them count most.
   A ball of 16 mm is held out of both.
+  Last it presses hollow pots to 0.5, 1, 2, 3 and 4 mm and moves the softening of their walls, by the error of the forces.
 What to do with it:
   150 iterations take two or three minutes of a release build. Change PlasticLaw::FITTED only for a score that is lower by
   more than a per cent, and run the tests: they hold the law to more than its score.";
@@ -54,12 +56,26 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
     };
     let found = fit::fit(used, &dents, flags.iterations, tell("dents"))?;
     let found = fit::fit_strokes(found.law, GridShape::PAPER, flags.iterations, tell("strokes"))?;
+    let forces = walls::finite_elements(GridShape::PAPER)?;
+    let found = walls::fit(found.law, &forces, flags.iterations.min(25), tell("walls"))?;
     bar.finish_and_clear();
     let laws = [used, found.law];
     let [before, after] = [fit::misfits(used, &dents)?, fit::misfits(found.law, &dents)?];
     print_constants(laws, [fit::score(&before), fit::score(&after)])?;
     print_dents(&dents, &before, &after);
     print_strokes(laws)?;
+    print_walls(laws, &forces)
+}
+
+fn print_walls(laws: [PlasticLaw; 2], forces: &[KnownForce]) -> Result<(), Box<dyn std::error::Error>> {
+    println!("\n{:<24}{:>10.3}{:>10.3}", "wall_softer", laws[0].wall_softer, laws[1].wall_softer);
+    println!("{:<24}{:>10.5}{:>10.5}", "score", walls::score(laws[0], forces)?, walls::score(laws[1], forces)?);
+    println!("{:<24}{:>10}{:>10}{:>20}", "hollow, force, per cent", "FITTED", "found", "reference N");
+    let [used, found] = [walls::errors(laws[0], forces)?, walls::errors(laws[1], forces)?];
+    for ((known, used), found) in forces.iter().zip(used).zip(found) {
+        let press = format!("{} {} mm", known.name, known.dent.depth.as_mm());
+        println!("{press:<24}{:>+10.2}{:>+10.2}{:>20.2}", 100.0 * used, 100.0 * found, known.force_n);
+    }
     Ok(())
 }
 

@@ -1,0 +1,106 @@
+//! Hollow pots pressed to every depth that the finite elements know a force at: how much a wall softens that yields.
+//!
+//! Owns the list of files and what of a curve is compared; only forces are, since what a wall keeps of its bending is left out.
+//! Invariant: a curve is read once, on its first way in.
+
+use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw, Support};
+
+use super::dents::STOPS_WITHIN_MM;
+use super::{FitError, Fitted, STEPS_IN, simplex};
+use crate::chart::cases::{BASE, Scene};
+use crate::dent::Dent;
+use crate::reference::ForceCurve;
+
+/// Travels that are compared, mm.
+const DEPTHS_MM: [f32; 5] = [0.5, 1.0, 2.0, 3.0, 4.0];
+struct File {
+    scene: Scene,
+    force: &'static str,
+}
+
+macro_rules! file {
+    ($name:literal, $scene:expr) => {
+        File {
+            scene: Scene { name: concat!("hollow_", $name), ..$scene },
+            force: include_str!(concat!("../../data/fem/hollow_", $name, "_depth_force.csv")),
+        }
+    };
+}
+
+const FILES: &[File] = &[
+    file!("base", BASE),
+    file!("ball20", Scene { tool_mm: 20.0, ..BASE }),
+    file!("e1y15", Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }),
+    file!("r40w6", Scene { pot_mm: [40.0, 6.0], ..BASE }),
+    file!("wall12", Scene { pot_mm: [60.0, 12.0], ..BASE }),
+];
+
+/// A hollow pot pressed to a depth, and what force that takes.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownForce {
+    /// The case.
+    pub name: &'static str,
+    /// The press.
+    pub dent: Dent,
+    /// The reference's force at that depth, and its largest, N.
+    pub force_n: f64,
+    /// See `force_n`.
+    pub largest_force_n: f64,
+}
+
+/// Every finite-element force on a hollow wall, to be found again on a grid.
+///
+/// # Errors
+/// [`FitError::Reference`] when a file is damaged.
+pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
+    let mut known = Vec::new();
+    for File { scene, force } in FILES {
+        let file = || format!("{}_depth_force.csv", scene.name);
+        let curve = ForceCurve::parse(force).map_err(|source| FitError::Reference { file: file(), source })?;
+        for depth_mm in DEPTHS_MM {
+            let Some(force_n) = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM) else { continue };
+            let mut dent = scene.dent(grid, depth_mm, false);
+            (dent.pot.support, dent.pot.keeps_volume) = (Support::Hollow, false);
+            known.push(KnownForce { name: scene.name, dent, force_n, largest_force_n: curve.largest_n() });
+        }
+    }
+    Ok(known)
+}
+
+/// Error of a law's force over the largest of the same curve, press by press; positive is too hard.
+///
+/// # Errors
+/// [`FitError::Dent`] for figures that make no sense.
+pub fn errors(law: PlasticLaw, known: &[KnownForce]) -> Result<Vec<f64>, FitError> {
+    known
+        .iter()
+        .map(|known| {
+            let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
+            Ok((f64::from(pressed.contact().force_n.x) - known.force_n) / known.largest_force_n)
+        })
+        .collect()
+}
+
+/// Root mean square of the errors of a law.
+///
+/// # Errors
+/// [`FitError::Dent`] for figures that make no sense.
+pub fn score(law: PlasticLaw, known: &[KnownForce]) -> Result<f64, FitError> {
+    let errors = errors(law, known)?;
+    Ok((errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt())
+}
+
+/// Fits the softening of a wall, with all else of `start` held.
+///
+/// # Errors
+/// [`FitError::Dent`] for figures that make no sense.
+pub fn fit(
+    start: PlasticLaw,
+    known: &[KnownForce],
+    iterations: u32,
+    tell: impl FnMut(u32, f64),
+) -> Result<Fitted, FitError> {
+    let law = |[wall_softer]: [f64; 1]| PlasticLaw { wall_softer: wall_softer.max(0.0) as f32, ..start };
+    let found = simplex::descend([f64::from(start.wall_softer)], iterations, |at| score(law(at), known), tell)?;
+    Ok(Fitted { law: law(found.at), score: found.value })
+}
