@@ -15,6 +15,7 @@ use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 use crate::dent::DentError;
 use crate::reference::BadProfile;
 use dents::KnownDent;
+use strokes::StrokeFigures;
 
 /// Why nothing can be fitted.
 #[derive(Debug, thiserror::Error)]
@@ -172,6 +173,19 @@ pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<P
     let [slide_bottom, slide_strain, slide_width, slide_open, slide_soft] = sliding.map(|value| value as f32);
     let sense = (0.05..=1.0).contains(&slide_bottom) && slide_width > 0.05 && slide_soft < 1.0;
     sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_width, slide_open, slide_soft, ..*held })
+}
+
+/// The law with which the forces along the motion of the strokes come out best, with all else held: they are proportional to
+/// `1 + slide_heap`, so that the least squares are a quotient.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged.
+pub fn fit_heap(start: PlasticLaw, grid: GridShape) -> Result<PlasticLaw, FitError> {
+    let drawn = strokes::draw(PlasticCsem { law: PlasticLaw { slide_heap: 0.0, ..start } }, grid)?;
+    let sum = |of: fn(&StrokeFigures) -> f64| drawn.iter().map(of).sum::<f64>();
+    let greater =
+        sum(|stroke| stroke.force_n[1] * stroke.reference_force_n[1]) / sum(|stroke| stroke.force_n[1].powi(2));
+    Ok(PlasticLaw { slide_heap: (greater - 1.0) as f32, ..start })
 }
 
 /// What a fit found.

@@ -39,6 +39,9 @@ fn assert_near(figures: &[StrokeFigures]) {
         );
         assert!(stroke.groove < if stroke.number == 1 { 0.06 } else { 0.08 }, "{stroke:?}");
         assert!(stroke.force().abs() < 0.05, "{stroke:?}");
+        // the force that a hand feels is one arrow: what is wrong of it to one side counts as what is wrong along it
+        let along = (stroke.force_n[1] - stroke.reference_force_n[1]).abs() / stroke.reference_force_n[0];
+        assert!(along < 0.03, "{stroke:?}");
     }
 }
 

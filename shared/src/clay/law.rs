@@ -25,7 +25,7 @@ const AROUND_MAX: f32 = 0.5;
 /// The constants of the law, all without unit.
 ///
 /// The first twelve but `rim_end` are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
-/// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125. The five of sliding are fitted by
+/// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125. The six of sliding are fitted by
 /// it to balls of 12 and 20 mm drawn along such a wall; a ball of 16 mm is held out. The last is fitted by it to the force on balls of
 /// 12 and 20 mm pressed up to 4 mm into hollow pots.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +65,8 @@ pub struct PlasticLaw {
     pub slide_open: f32,
     /// Share of the pressure that this takes.
     pub slide_soft: f32,
+    /// By how much greater the force against the motion of a sliding tool is than its contact's shape makes it.
+    pub slide_heap: f32,
     /// By how much more a hollow wall gives way than an elastic one where the force on it is that at which a plate folds.
     pub wall_softer: f32,
 }
@@ -89,6 +91,7 @@ impl PlasticLaw {
         slide_width: 0.48,
         slide_open: 0.85,
         slide_soft: 0.2,
+        slide_heap: 0.41,
         wall_softer: 0.38,
     };
 

@@ -42,7 +42,8 @@ pub(super) const STEEPEST: f32 = 0.5;
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
 ///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is half as wide. Where the contact leans to
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.85·o` of what else
-///   would not rise does, and the pressure is less by 0.2·o;
+///   would not rise does, and the pressure is less by 0.2·o. Clay heaps up before it: what of the force is against the motion is
+///   0.41·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
@@ -138,8 +139,9 @@ impl PlasticCsem {
                 pushes = rest;
             }
         }
+        let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         Contact {
-            force_n: carried.normals * (pressure_pa * step.element_rad_m),
+            force_n: normals * (pressure_pa * step.element_rad_m),
             elements: contacts.elements,
             penetration_m: contacts.deepest_m,
             sink: Some(Sink {
@@ -319,6 +321,17 @@ impl Slide {
         let (along, up) = (along_m / moved_m, up_m / moved_m);
         let share = Self::share(moved_m / press.dt.0);
         Self { along: along * share, up: up * share, share }
+    }
+
+    /// The part of a force on the tool that is against its motion along the clay at its own angle, rad, by the share of
+    /// sliding: clay heaps up before a tool that slides.
+    fn heap(&self, force: Vec3, angle_rad: f32) -> Vec3 {
+        if self.share <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let (sin, cos) = libm::sincosf(angle_rad);
+        let along = Vec3::new(-sin * self.along, cos * self.along, self.up);
+        along * (force.dot(along).min(0.0) / self.share)
     }
 
     /// How far the contact's middle lies aside of the tool's path, over its half axis: beside a groove the clay is open. No

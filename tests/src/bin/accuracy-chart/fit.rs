@@ -18,7 +18,8 @@ What it does:
   from those in use. A dent scores 1.5 x RMS of the surface that stays + RMS of the surface under the tool, both over
   the travel, + 0.7 x error of the force over its largest.
   Then it draws balls of 12 and 20 mm along the wall and moves the five constants of sliding downhill, with all else held. A
-  stroke scores RMS of its groove over its depth + 0.3 x error of its force; the worst of them count most.
+  stroke scores RMS of its groove over its depth + 0.3 x error of its force; the worst of them count most. How much clay
+  heaps up before a ball follows from the forces along its motion by least squares.
   A ball of 16 mm is held out of both.
   Last it presses hollow pots to 0.5, 1, 2, 3 and 4 mm and moves the softening of their walls, by the error of the forces.
 What to do with it:
@@ -56,6 +57,7 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
     };
     let found = fit::fit(used, &dents, flags.iterations, tell("dents"))?;
     let found = fit::fit_strokes(found.law, GridShape::PAPER, flags.iterations, tell("strokes"))?;
+    let found = fit::Fitted { law: fit::fit_heap(found.law, GridShape::PAPER)?, ..found };
     let forces = walls::finite_elements(GridShape::PAPER)?;
     let found = walls::fit(found.law, &forces, flags.iterations.min(25), tell("walls"))?;
     bar.finish_and_clear();
@@ -90,6 +92,7 @@ fn print_constants(laws: [PlasticLaw; 2], scores: [f64; 2]) -> Result<(), FitErr
     SLIDING.iter().zip(used.into_iter().zip(found)).for_each(|(name, (used, found))| row(name, [used, found]));
     let [used, found] = laws.map(|law| fit::strokes_score(law, GridShape::PAPER));
     println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
+    row("slide_heap", laws.map(|law| f64::from(law.slide_heap)));
     Ok(())
 }
 
