@@ -30,6 +30,10 @@ pub struct WatchReport {
     pub up_bytes: u64,
     /// Digests that did not match.
     pub mismatches: u64,
+    /// Tiles that differed and were mended.
+    pub mended_tiles: u64,
+    /// Snapshots that it came to by pressing again what was pressed.
+    pub retold: u64,
     /// How often it asked for what was missing.
     pub asked: u64,
     /// Messages that made no sense.
@@ -114,7 +118,12 @@ async fn run(joined: Joined, shared: Arc<Shared>, epoch: Instant) -> WatchReport
             _ = look.tick() => shared.lock().handle_time(epoch.elapsed()),
             () = shared.asked.notified() => {}
             datagram = connection.read_datagram() => match datagram {
-                Ok(bytes) => malformed += u64::from(!shared.lock().handle_datagram(&bytes, epoch.elapsed())),
+                Ok(bytes) => {
+                    let mut watcher = shared.lock();
+                    let begin = Instant::now();
+                    malformed += u64::from(!watcher.handle_datagram(&bytes, epoch.elapsed()));
+                    watcher.handle_effort(begin.elapsed(), epoch.elapsed());
+                }
                 Err(error) => break closed_or_lost(&error),
             },
             Some(arrival) = arriving.recv() => match arrival {
@@ -152,6 +161,8 @@ fn finish(connection: &Session, shared: &Shared, epoch: Instant, link: Link, mal
         down_bytes: stats.udp_rx.bytes,
         up_bytes: stats.udp_tx.bytes,
         mismatches: watcher.mismatches(),
+        mended_tiles: watcher.mend_counts().tiles,
+        retold: watcher.retold(),
         asked: watcher.asked(),
         malformed,
         link,

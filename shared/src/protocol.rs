@@ -15,6 +15,7 @@ mod guidance;
 mod messages;
 mod steps;
 mod token;
+mod watching;
 
 pub use class::{
     ClassWire, Nickname, NoOrder, Order, Pass, PersonWire, PlaceWire, PotOf, Presence, ResumeToken, Role, TeacherToken,
@@ -25,18 +26,19 @@ pub use frame::{FrameReader, frame};
 pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, TargetWire};
 pub use messages::{
     Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
-    Notice, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight, SightName,
-    StepsWire, ToolWire, Upload, Welcome, WheelWire,
+    Notice, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight, StepsWire,
+    ToolWire, Upload, Welcome, WheelWire,
 };
 pub use steps::Steps;
 pub use token::TokenError;
+pub use watching::{NewsOf, NewsWire, SightName};
 
 use alloc::vec::Vec;
 use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 12;
+pub const VERSION: u16 = 13;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

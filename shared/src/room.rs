@@ -245,6 +245,9 @@ impl Room {
     pub fn counts(&self) -> RoomCounts {
         let mut counts = self.counts;
         counts.refusals.requests += self.audience.refused();
+        let (mends, mended_tiles) = self.audience.mends();
+        counts.mends += mends;
+        counts.mended_tiles += mended_tiles;
         for bench in &self.benches {
             counts.refusals.add(&bench.refusals());
             counts.remade += bench.history().remade();
@@ -331,7 +334,7 @@ impl Room {
                 self.hear_of_guidance(peer, client, request);
             }
             (request, Some(&place)) => self.answer(peer, role, place, request),
-            (request, None) => self.audience.answer(peer, &request, &mut self.benches, self.now),
+            (request, None) => self.audience.answer(peer, request, &mut self.benches, self.now, &mut self.outbox),
         }
         Ok(())
     }
@@ -352,6 +355,7 @@ impl Room {
             // for those who only look on, and those who teach
             Request::Watch { .. }
             | Request::Unwatch { .. }
+            | Request::MendSight { .. }
             | Request::Order(_)
             | Request::Guide { .. }
             | Request::EndGuidance
@@ -384,6 +388,7 @@ impl Room {
             }
             Request::Watch { .. }
             | Request::Unwatch { .. }
+            | Request::MendSight { .. }
             | Request::Order(_)
             | Request::Guide { .. }
             | Request::EndGuidance

@@ -18,8 +18,11 @@ mod mending;
 mod pace;
 mod peer;
 mod redundancy;
+mod retelling;
 mod runs;
+mod setting;
 mod tools;
+mod watched;
 mod watcher;
 mod welcome;
 
@@ -39,7 +42,8 @@ pub use peer::{Peer, PeerError};
 pub use runs::pack;
 pub(crate) use tools::with_one_more;
 pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};
-pub use watcher::{Watched, Watcher};
+pub use watched::Watched;
+pub use watcher::Watcher;
 
 /// Longest list of tiles' digests that fits into a control frame; who has more tiles asks for the whole pot.
 const MEND_BYTES_MAX: usize = crate::protocol::CONTROL_MAX - 16;

@@ -13,10 +13,10 @@ use std::process::Command;
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, GuidanceEnd,
-    GuidanceWire, HandWire, Hello, Inputs, Keyframe, LeadWire, MeshWire, Nickname, NoGuidance, NoOrder, NoStep, NoTool,
-    Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, Pulse, PulseHead, Purpose, Refusal, Request,
-    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire, TeacherToken, ToolWire,
-    Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
+    GuidanceWire, HandWire, Hello, Inputs, Keyframe, LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance,
+    NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, Pulse, PulseHead,
+    Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire,
+    TeacherToken, ToolWire, Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -126,6 +126,10 @@ fn requests() -> Vec<Value> {
         (Request::Retell { retells: true }, json!({ "retell": true })),
         (Request::Leave, json!("leave")),
         (Request::Mend { have: 250, tiles: vec![0, 171, 255] }, json!({ "mend": { "have": 250, "tiles": "00abff" } })),
+        (
+            Request::MendSight { sight: SIGHT, have: 250, tiles: vec![0, 171, 255] },
+            json!({ "mend_sight": { "sight": sight(), "have": 250, "tiles": "00abff" } }),
+        ),
         (Request::Undo { held: 1 << 20 }, json!({ "undo": 1 << 20 })),
         (Request::Redo { held: 250 }, json!({ "redo": 250 })),
         (Request::NewPot { held: 251, form: 3 }, json!({ "new_pot": { "held": 251, "form": 3 } })),
@@ -248,8 +252,21 @@ fn guidance() -> Vec<(Notice, Value)> {
     all
 }
 
+fn news(mesh: &MeshWire, mesh_value: &Value) -> [(Notice, Value); 4] {
+    let standing = NewsOf::Standing { wheel: vec![TURNING], clay: vec![(0, CLAY)] };
+    let news = |told, of| Notice::News(NewsWire { wheel: 3, told, of });
+    let value = |told, of: Value| json!({ "news": { "wheel": 3, "told": told, "of": of } });
+    [
+        (news(250, standing), value(250, json!({ "standing": { "wheel": [turning()], "clay": [[0, clay()]] } }))),
+        (news(251, NewsOf::Wheel { from: 70_000, rate: -5 }), value(251, json!({ "wheel": [70_000, -5] }))),
+        (news(252, NewsOf::Clay { from: 1 << 33, clay: CLAY }), value(252, json!({ "clay": [1_u64 << 33, clay()] }))),
+        (news(253, NewsOf::Tool { shape: 4, mesh: mesh.clone() }), value(253, json!({ "tool": [4, mesh_value] }))),
+    ]
+}
+
 fn notices() -> Vec<Value> {
     let (mesh, mesh_value) = mesh();
+    let news = news(&mesh, &mesh_value);
     let welcome = Welcome {
         client: 7,
         now: 1 << 33,
@@ -289,6 +306,7 @@ fn notices() -> Vec<Value> {
     all.into_iter()
         .chain(lesson())
         .chain(guidance())
+        .chain(news)
         .map(|(notice, value)| vector("notice", &encode(&notice), value))
         .collect()
 }

@@ -7,9 +7,9 @@ use std::cell::Cell;
 use pottery_shared::protocol::{
     self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
     Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, LeadWire,
-    MeshWire, Nickname, NoOrder, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence,
-    ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight,
-    SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
+    MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire,
+    Presence, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire,
+    Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -137,6 +137,11 @@ fn request() -> impl Strategy<Value = Request> {
         mesh().prop_map(|mesh| Request::Tool { mesh }),
         Just(Request::Leave),
         (any::<u32>(), bytes(1200)).prop_map(|(have, tiles)| Request::Mend { have, tiles }),
+        (sight_name(), any::<u32>(), bytes(1200)).prop_map(|(sight, have, tiles)| Request::MendSight {
+            sight,
+            have,
+            tiles,
+        }),
         order().prop_map(Request::Order),
         any::<(u16, u8, u8)>().prop_map(|(student, mode, strength)| Request::Guide {
             student,
@@ -228,6 +233,17 @@ fn notice() -> impl Strategy<Value = Notice> {
         any::<u16>().prop_map(|wheel| Notice::Come { wheel }),
         any::<u16>().prop_map(|client| Notice::NoOrder(NoOrder::Person { client })),
         any::<u64>().prop_map(|oldest| Notice::NoOrder(NoOrder::TooLongAgo { oldest })),
+        (any::<(u16, u32)>(), news()).prop_map(|((wheel, told), of)| Notice::News(NewsWire { wheel, told, of })),
+    ]
+}
+
+fn news() -> impl Strategy<Value = NewsOf> {
+    let clays = prop::collection::vec((any::<u64>(), clay()), 0..20);
+    prop_oneof![
+        (prop::collection::vec(wheel(), 0..20), clays).prop_map(|(wheel, clay)| NewsOf::Standing { wheel, clay }),
+        (any::<u64>(), any::<i32>()).prop_map(|(from, rate)| NewsOf::Wheel { from, rate }),
+        (any::<u64>(), clay()).prop_map(|(from, clay)| NewsOf::Clay { from, clay }),
+        (any::<u8>(), mesh()).prop_map(|(shape, mesh)| NewsOf::Tool { shape, mesh }),
     ]
 }
 

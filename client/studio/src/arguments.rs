@@ -353,7 +353,7 @@ impl ClayName {
 /// How closely somebody looks on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum WatchName {
-    /// Every element, 30 times a second, to 11 µm
+    /// Every element, 30 times a second: what is pressed is pressed again, or, where that is too much, the clay to 11 µm
     Spectator,
     /// As a small picture among many: a coarse grid, 5 times a second
     Gallery,
@@ -362,7 +362,7 @@ enum WatchName {
 impl WatchName {
     const fn detail(self) -> Detail {
         match self {
-            Self::Spectator => Detail::Spectator,
+            Self::Spectator => Detail::Retold,
             Self::Gallery => Detail::Gallery,
         }
     }

@@ -85,6 +85,8 @@ struct Watching {
     down_bytes_per_s: f64,
     up_bytes_per_s: f64,
     mismatches: u64,
+    mended_tiles: u64,
+    retold: u64,
     asked: u64,
 }
 
@@ -153,12 +155,14 @@ fn watching((detail, report): &(Detail, WatchReport)) -> Watching {
     let rate = |bytes: u64| (bytes as f64 / report.duration.as_secs_f64()).round();
     Watching {
         detail: match detail {
-            Detail::Spectator => "spectator",
+            Detail::Spectator | Detail::Retold => "spectator",
             Detail::Gallery => "gallery",
         },
         down_bytes_per_s: rate(report.down_bytes),
         up_bytes_per_s: rate(report.up_bytes),
         mismatches: report.mismatches,
+        mended_tiles: report.mended_tiles,
+        retold: report.retold,
         asked: report.asked,
     }
 }

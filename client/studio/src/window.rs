@@ -161,7 +161,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         Onlooker::join(&endpoint, &session.target, WATCH_BYTES_PER_S).await
     })?;
     let alone = match session.detail {
-        Detail::Spectator => Some(session.target.wheel),
+        Detail::Spectator | Detail::Retold => Some(session.target.wheel),
         Detail::Gallery => None,
     };
     let wheels = onlooker.look(|watcher, _| watcher.wheels());

@@ -8,8 +8,8 @@ use alloc::vec::Vec;
 use bincode::{Decode, Encode};
 
 use super::{
-    ClassWire, GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, NoOrder, Order, Pass, PersonWire, PlaceWire,
-    Steps, TargetWire,
+    ClassWire, GuidanceEnd, GuidanceWire, HandWire, LeadWire, NewsWire, NoGuidance, NoOrder, Order, Pass, PersonWire,
+    PlaceWire, SightName, Steps, TargetWire,
 };
 
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
@@ -54,15 +54,6 @@ pub enum Purpose {
         /// What all of them together may send for long, bytes a second.
         bytes_per_s: u32,
     },
-}
-
-/// Something that can be watched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
-pub struct SightName {
-    /// Number of the wheel, from 1.
-    pub wheel: u16,
-    /// Number of how much of it.
-    pub detail: u8,
 }
 
 /// What a client asks for on the control stream.
@@ -149,6 +140,15 @@ pub enum Request {
     EndGuidance,
     /// What everybody's pot is to become; nothing any more.
     Target(Option<TargetWire>),
+    /// As [`Request::Mend`], of a sight.
+    MendSight {
+        /// What is shown otherwise than it should be.
+        sight: SightName,
+        /// Version held whole.
+        have: u32,
+        /// The lowest 16 bits of every tile's digest at it, low byte first.
+        tiles: Vec<u8>,
+    },
 }
 
 /// Why there is no step back or forth.
@@ -384,6 +384,8 @@ pub enum Notice {
     NoGuidance(NoGuidance),
     /// What everybody's pot is to become; nothing any more.
     Target(Option<TargetWire>),
+    /// What everybody at a wheel was told, for those who look on closely.
+    News(NewsWire),
 }
 
 /// A tool and how it is turned.

@@ -6,15 +6,17 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use super::bench::Bench;
+use super::bench::{Bench, Seen};
 use super::pieces::bodies;
 use super::{Outbox, PeerId};
-use crate::protocol::{self, Body, Keyframe, Request, Sight, SightName};
+use crate::protocol::{self, Body, Keyframe, NewsOf, NewsWire, Notice, Request, Sight, SightName};
 use crate::room::{Lane, Transmit};
-use crate::session::Allowance;
+use crate::session::{Allowance, Peer};
 use crate::snapshot::{Detail, SnapshotClock, Version};
 use crate::units::Tick;
 
+/// What a mended sight costs in plain requests: it is encoded for one alone.
+const MEND_COST: i64 = 4;
 /// Most sights of one who watches.
 const SIGHTS_MAX: usize = 64;
 /// Ticks after which a sight says that nothing has happened, and its digest.
@@ -25,7 +27,7 @@ const WRAPPING_BYTES: i64 = 57;
 /// Its share of the bytes against those of other sights, when there are too few for all.
 const fn weight(detail: Detail) -> i64 {
     match detail {
-        Detail::Spectator => 4,
+        Detail::Spectator | Detail::Retold => 4,
         Detail::Gallery => 1,
     }
 }
@@ -56,7 +58,7 @@ impl Budget {
 }
 
 /// One wheel in one viewer's eyes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Shown {
     /// What it was sent up to; `None` when it needs a keyframe of the whole pot.
     from: Option<Version>,
@@ -65,6 +67,10 @@ struct Shown {
     is_new: bool,
     /// Bytes it has had, divided by its weight: who had least is next.
     had: i64,
+    /// Has just asked for what it misses.
+    has_asked: bool,
+    /// The version at which it says that it holds something else, and what every tile is like.
+    differs: Option<(Version, Vec<u8>)>,
 }
 
 #[derive(Debug)]
@@ -84,6 +90,8 @@ pub(super) struct Audience {
     wholes: Wholes,
     /// Requests beyond what a person makes, or for what there is not.
     refused: u64,
+    mends: u64,
+    mended_tiles: u64,
 }
 
 /// The newest keyframe of each whole sight.
@@ -101,6 +109,11 @@ impl Audience {
         self.refused
     }
 
+    /// Requests to find and mend what differs, and tiles that had differed and were sent for it.
+    pub(super) const fn mends(&self) -> (u64, u64) {
+        (self.mends, self.mended_tiles)
+    }
+
     pub(super) fn let_in(&mut self, peer: PeerId, bytes_per_s: u32, now: Tick) {
         let (allowance, budget) = (Allowance::default(), Budget::new(bytes_per_s, now));
         let viewer = Viewer { allowance, budget, sights: BTreeMap::new(), level: 0 };
@@ -108,11 +121,19 @@ impl Audience {
     }
 
     /// Takes in a request; one for what there is not is counted and not answered.
-    pub(super) fn answer(&mut self, peer: PeerId, request: &Request, benches: &mut [Bench], now: Tick) {
+    pub(super) fn answer(
+        &mut self,
+        peer: PeerId,
+        request: Request,
+        benches: &mut [Bench],
+        now: Tick,
+        outbox: &mut Outbox,
+    ) {
         let Some(viewer) = self.viewers.get_mut(&peer) else { return };
-        let (sight, have) = match *request {
-            Request::Watch { sight, have } => (sight, Some(have)),
-            Request::Unwatch { sight } => (sight, None),
+        let (sight, wants) = match request {
+            Request::Watch { sight, have } => (sight, Wants::On(have)),
+            Request::MendSight { sight, have, tiles } => (sight, Wants::Mended(Version(have), tiles)),
+            Request::Unwatch { sight } => (sight, Wants::Nothing),
             _ => {
                 self.refused += 1;
                 return;
@@ -125,20 +146,33 @@ impl Audience {
         };
         let key = (place, detail);
         let is_shown = viewer.sights.contains_key(&key);
-        let has_room = is_shown || have.is_none() || viewer.sights.len() < SIGHTS_MAX;
-        if !has_room || !viewer.allowance.grant(now, 1) {
+        let (has_room, cost) = match &wants {
+            Wants::On(_) => (is_shown || viewer.sights.len() < SIGHTS_MAX, 1),
+            Wants::Mended(..) => (is_shown, MEND_COST),
+            Wants::Nothing => (true, 1),
+        };
+        if !has_room || !viewer.allowance.grant(now, cost) {
             self.refused += 1;
             return;
         }
-        match have {
-            Some(have) => {
+        match wants {
+            Wants::On(have) => {
                 benches[place].open_view(detail, now);
-                let from = (have > 0 && is_shown).then_some(Version(have));
-                let had = viewer.sights.get(&key).map_or(0, |shown| shown.had);
-                let is_new = viewer.sights.get(&key).is_none_or(|shown| shown.is_new);
-                viewer.sights.insert(key, Shown { from, beat_at: now, is_new, had });
+                if !is_shown && detail.shows_tools() {
+                    let standing = benches[place].standing().map(|news| news_frame(place, news));
+                    outbox.extend(standing.map(|frame| Transmit { to: peer, lane: Lane::Control(frame) }));
+                }
+                let shown = viewer.sights.entry(key).or_insert_with(|| Shown::new(now));
+                shown.from = (have > 0 && is_shown).then_some(Version(have));
+                (shown.beat_at, shown.has_asked) = (now, true);
             }
-            None => {
+            Wants::Mended(have, tiles) => {
+                self.mends += 1;
+                if let Some(shown) = viewer.sights.get_mut(&key) {
+                    (shown.differs, shown.has_asked) = (Some((have, tiles)), true);
+                }
+            }
+            Wants::Nothing => {
                 viewer.sights.remove(&key);
                 self.close_unwatched(key, benches);
             }
@@ -165,6 +199,12 @@ impl Audience {
         }
         for (place, bench) in benches.iter_mut().enumerate() {
             bench.publish_views(now, |detail| is_due(place, detail, now));
+            for news in bench.take_news(outbox) {
+                let frame = news_frame(place, news);
+                let is_for = |viewer: &Viewer| viewer.sights.keys().any(|(at, of)| *at == place && of.shows_tools());
+                let lookers = self.viewers.iter().filter(|(_, viewer)| is_for(viewer));
+                outbox.extend(lookers.map(|(&to, _)| Transmit { to, lane: Lane::Control(frame.clone()) }));
+            }
         }
         let (mut made, mut keyframes) = (Made::new(), Made::new());
         for (&peer, viewer) in &mut self.viewers {
@@ -181,9 +221,10 @@ impl Audience {
                     break;
                 }
                 let (Some(shown), bench) = (viewer.sights.get_mut(&key), &benches[key.0]) else { continue };
-                let bytes = show(bench, key, shown, now, (&mut made, &mut keyframes, &mut self.wholes), |lane| {
-                    outbox.push_back(Transmit { to: peer, lane });
-                });
+                let mut send = |lane| outbox.push_back(Transmit { to: peer, lane });
+                let (mut bytes, mended) = mend(bench, key, shown, &mut send);
+                self.mended_tiles += u64::from(mended);
+                bytes += show(bench, key, shown, now, (&mut made, &mut keyframes, &mut self.wholes), send);
                 viewer.budget.spend(bytes);
                 viewer.level = had;
                 shown.had = had + bytes / weight(key.1);
@@ -192,15 +233,76 @@ impl Audience {
     }
 }
 
+/// What somebody asks for of a sight.
+enum Wants {
+    /// What leads on from a version.
+    On(u32),
+    /// What differs from what is held at a version.
+    Mended(Version, Vec<u8>),
+    Nothing,
+}
+
+impl Shown {
+    const fn new(now: Tick) -> Self {
+        Self { from: None, beat_at: now, is_new: true, had: 0, has_asked: true, differs: None }
+    }
+}
+
+/// A frame that tells those who look on closely what everybody at a wheel was told.
+fn news_frame(place: usize, (told, of): (u32, NewsOf)) -> Vec<u8> {
+    Peer::notice(&Notice::News(NewsWire { wheel: place as u16 + 1, told, of }))
+}
+
 /// Whether a view is published with the snapshot at a tick; wheels take turns.
 fn is_due(place: usize, detail: Detail, now: Tick) -> bool {
     (SnapshotClock::count(now) + place as u64).is_multiple_of(detail.every())
 }
 
 fn is_wanted(bench: &Bench, place: usize, detail: Detail, shown: &Shown, now: Tick) -> bool {
-    let Some(view) = bench.view(detail) else { return false };
-    let has_tools = detail == Detail::Spectator && bench.has_tools(now);
-    shown.from != Some(view.latest()) || (has_tools && is_due(place, detail, now)) || now >= shown.beat_at
+    let Some(seen) = bench.seen(detail) else { return false };
+    let has_tools = detail.shows_tools() && bench.has_tools(now);
+    let is_due = is_due(place, detail, now);
+    // the author goes on more often than those who look on are told
+    let is_news = shown.from != Some(seen.latest()) && (is_due || shown.has_asked || detail != Detail::Retold);
+    is_news || shown.differs.is_some() || (has_tools && is_due) || now >= shown.beat_at
+}
+
+/// Answers who holds something else than it should; says how many bytes that took, and how many tiles differed.
+fn mend(bench: &Bench, (place, detail): (usize, Detail), shown: &mut Shown, mut send: impl FnMut(Lane)) -> (i64, u16) {
+    let (Some((have, tiles)), Some(seen)) = (shown.differs.take(), bench.seen(detail)) else { return (0, 0) };
+    let is_known = have > Version(0) && have <= seen.latest();
+    let Some((bytes, mended)) = is_known.then(|| seen.mend(have, &tiles)).flatten() else {
+        // what cannot be compared is sent whole
+        shown.from = None;
+        return (0, 0);
+    };
+    let keyframe = keyframe(seen, (place, detail), have, mended, bytes);
+    shown.from = Some(seen.latest());
+    let bytes = wrapped(&keyframe);
+    send(Lane::Keyframe(keyframe));
+    (bytes, mended)
+}
+
+fn keyframe(seen: Seen<'_>, key: (usize, Detail), since: Version, mended: u16, bytes: Vec<u8>) -> Vec<u8> {
+    protocol::encode(&Keyframe {
+        version: seen.latest().0,
+        since: since.0,
+        tick: seen.tick().0,
+        acknowledged: 0,
+        sight: Some(name_of(key)),
+        mended,
+        goes_on: seen.goes_on(),
+        bytes,
+    })
+}
+
+const fn name_of((place, detail): (usize, Detail)) -> SightName {
+    SightName { wheel: place as u16 + 1, detail: detail.number() }
+}
+
+/// Bytes of a keyframe on the line.
+const fn wrapped(keyframe: &[u8]) -> i64 {
+    keyframe.len() as i64 + WRAPPING_BYTES * (1 + keyframe.len() as i64 / 1200)
 }
 
 /// Sends one sight; says how many bytes that took.
@@ -212,55 +314,45 @@ fn show(
     (made, keyframes, wholes): (&mut Made, &mut Made, &mut Wholes),
     mut send: impl FnMut(Lane),
 ) -> i64 {
-    let Some(view) = bench.view(detail) else { return 0 };
-    let name = SightName { wheel: place as u16 + 1, detail: detail.number() };
+    let Some(seen) = bench.seen(detail) else { return 0 };
     let is_beat = now >= shown.beat_at;
+    shown.has_asked = false;
     let mut bytes = 0;
-    let mut from = shown.from.filter(|from| *from <= view.latest());
-    if from.is_none_or(|from| view.ways_from(from).is_none()) {
+    let mut from = shown.from.filter(|from| *from <= seen.latest());
+    if from.is_none_or(|from| seen.ways_from(from).is_none()) {
         let since = from.unwrap_or_default();
-        let encoded = || {
-            protocol::encode(&Keyframe {
-                version: view.latest().0,
-                since: since.0,
-                tick: view.tick().0,
-                acknowledged: 0,
-                sight: Some(name),
-                mended: 0,
-                goes_on: true,
-                bytes: view.keyframe(since),
-            })
-        };
+        let encoded = || keyframe(seen, (place, detail), since, 0, seen.keyframe(since));
         let is_new = core::mem::take(&mut shown.is_new);
         let (version, keyframe) = if since == Version(0) {
             // many come at once, and what has happened since a keyframe was made costs less than another
-            let serves = |version: Version| version == view.latest() || (is_new && view.ways_from(version).is_some());
-            let whole = wholes.entry((place, detail)).or_insert_with(|| (view.latest(), encoded()));
+            let serves = |version: Version| version == seen.latest() || (is_new && seen.ways_from(version).is_some());
+            let whole = wholes.entry((place, detail)).or_insert_with(|| (seen.latest(), encoded()));
             if !serves(whole.0) {
-                *whole = (view.latest(), encoded());
+                *whole = (seen.latest(), encoded());
             }
             (whole.0, &whole.1)
         } else {
             let all = keyframes.entry((place, detail, since, false)).or_insert_with(|| alloc::vec![encoded()]);
-            (view.latest(), &all[0])
+            (seen.latest(), &all[0])
         };
-        bytes += keyframe.len() as i64 + WRAPPING_BYTES * (1 + keyframe.len() as i64 / 1200);
+        bytes += wrapped(keyframe);
         send(Lane::Keyframe(keyframe.clone()));
         from = Some(version);
     }
     let from = from.unwrap_or_default();
     let datagrams = made.entry((place, detail, from, is_beat)).or_insert_with(|| {
         let first = Body {
-            tick: view.tick().0,
-            latest: view.latest().0,
-            digest: is_beat.then(|| view.digest()),
-            tools: Some(if detail == Detail::Spectator { bench.tools(now) } else { Vec::new() }),
+            tick: seen.tick().0,
+            latest: seen.latest().0,
+            digest: is_beat.then(|| seen.digest()),
+            tools: Some(if detail.shows_tools() { bench.tools(now) } else { Vec::new() }),
             fragments: Vec::new(),
         };
-        let bodies = bodies(&first, view.ways_from(from).into_iter().flatten());
+        let bodies = bodies(&first, seen.ways_from(from).into_iter().flatten());
         let sights = bodies.into_iter().enumerate().map(|(number, body)| {
-            let turning = (number == 0).then(|| bench.turning(now));
-            protocol::encode(&Sight { name, turning, body })
+            // who presses again was told how the wheel turns
+            let turning = (number == 0 && detail != Detail::Retold).then(|| bench.turning(now));
+            protocol::encode(&Sight { name: name_of((place, detail)), turning, body })
         });
         sights.collect()
     });
@@ -271,6 +363,6 @@ fn show(
     if is_beat {
         shown.beat_at = now.offset(BEAT_TICKS);
     }
-    shown.from = Some(view.latest());
+    shown.from = Some(seen.latest());
     bytes
 }

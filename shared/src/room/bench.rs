@@ -7,6 +7,7 @@ mod hands;
 mod holding;
 mod keyframes;
 mod pulses;
+mod sights;
 mod stepping;
 
 use alloc::collections::{BTreeMap, VecDeque};
@@ -14,18 +15,20 @@ use alloc::vec::Vec;
 
 use self::holding::Hold;
 use self::pulses::Way;
+pub(super) use self::sights::Seen;
+use self::sights::Sights;
 use self::stepping::Wish;
 use super::history::{History, Setting};
 use super::journal::{Happening, Journal, WheelState};
 use super::pieces::{WAYS_MAX, bodies, fragments};
-use super::view::View;
 use super::{Lane, Outbox, PeerId, Transmit};
 use crate::clay::{Conditions, Material, MethodKind, Pot, PotSpec, Press, Schedule, SubStep, Surface, Wheel};
 use crate::protocol::{
-    self, ClayWire, FragmentOf, MeshWire, NoTool, Notice, PotWire, Retelling, StepsWire, ToolWire, Welcome, WheelWire,
+    self, ClayWire, FragmentOf, MeshWire, NewsOf, NoTool, Notice, PotWire, Retelling, StepsWire, ToolWire, Welcome,
+    WheelWire,
 };
 use crate::session::{BROUGHT_MAX, Peer, Refusals, Telling, tool_of, with_one_more};
-use crate::snapshot::{Author, Detail, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
+use crate::snapshot::{Author, Moment, PotRecord, Pressed, SnapshotClock, Touched, Transcript, Version};
 use crate::units::{Rpm, Tick};
 
 /// Ticks between the order to change a setting and the change, so that everybody hears of it before.
@@ -106,8 +109,7 @@ pub(super) struct Bench {
     transcript: Option<Transcript>,
     /// Notices told to everybody.
     told: u32,
-    /// For those who look on, by the number of the detail, with the last version of the view before.
-    views: [(Option<View>, Version); Detail::ALL.len()],
+    sights: Sights,
     /// For those who come, by whether they go on with deltas.
     wholes: [Option<Whole>; 2],
     /// What happens here, when somebody keeps a record of it.
@@ -154,7 +156,7 @@ impl Bench {
             pressing: Vec::new(),
             transcript: Some(Transcript::default()),
             told: 0,
-            views: Default::default(),
+            sights: Sights::default(),
             wholes: Default::default(),
             journal: None,
         }
@@ -229,16 +231,10 @@ impl Bench {
             client,
             now: now.0,
             pot: pot_wire(self.pot.spec()),
-            wheel: self
-                .conditions
-                .wheel
-                .segments()
-                .map(|(from, phase, rate)| WheelWire { from: from.0, phase: phase.0, rate })
-                .collect(),
-            clay: self.conditions.material.entries().map(|(from, clay)| (from.0, clay.into())).collect(),
+            wheel: self.turnings(),
+            clay: self.clays(),
             method: self.conditions.method.number(),
-            // the tools that follow count as told to this peer
-            told: self.told.wrapping_sub(self.brought.len() as u32),
+            told: self.told_before_tools(),
         };
         let notice = Peer::notice(&Notice::Welcome(welcome));
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
@@ -301,7 +297,7 @@ impl Bench {
                 self.substep.swap_rack(&mut rack);
                 self.brought.push((shape, mesh.clone()));
                 self.note(now, Happening::Tool { shape, mesh: mesh.clone() });
-                return self.tell_all(&Notice::Tool { shape, mesh }, outbox);
+                return self.tell_all(NewsOf::Tool { shape, mesh }, outbox);
             }
         };
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(Peer::notice(&answer)) });
@@ -311,11 +307,11 @@ impl Bench {
     fn tell_settings(&mut self, outbox: &mut Outbox) {
         if let Some(from) = self.untold_wheel.take() {
             let rate = self.conditions.wheel.rate(from);
-            self.tell_all(&Notice::Wheel { from: from.0, rate }, outbox);
+            self.tell_all(NewsOf::Wheel { from: from.0, rate }, outbox);
         }
         if let Some(from) = self.untold_clay.take() {
             let clay = self.conditions.material.at(from).into();
-            self.tell_all(&Notice::Clay { from: from.0, clay }, outbox);
+            self.tell_all(NewsOf::Clay { from: from.0, clay }, outbox);
         }
     }
 
@@ -326,9 +322,15 @@ impl Bench {
         }
     }
 
-    fn tell_all(&mut self, notice: &Notice, outbox: &mut Outbox) {
+    fn tell_all(&mut self, news: NewsOf, outbox: &mut Outbox) {
         self.told = self.told.wrapping_add(1);
-        let frame = Peer::notice(notice);
+        self.note_news(&news);
+        let frame = Peer::notice(&match news {
+            NewsOf::Standing { wheel, clay } => return debug_assert!(false, "{wheel:?} and {clay:?} are no change"),
+            NewsOf::Wheel { from, rate } => Notice::Wheel { from, rate },
+            NewsOf::Clay { from, clay } => Notice::Clay { from, clay },
+            NewsOf::Tool { shape, mesh } => Notice::Tool { shape, mesh },
+        });
         for (&to, _) in self.present() {
             outbox.push_back(Transmit { to, lane: Lane::Control(frame.clone()) });
         }
@@ -463,7 +465,7 @@ impl Bench {
     fn publish(&mut self, tick: Tick, may_tell: bool) -> bool {
         let now = Moment { tick, phase: self.conditions.phase(tick) };
         let needs = |retells: bool| self.present().any(|(_, seat)| seat.retells == retells);
-        let (needs_delta, needs_transcript) = (may_tell && needs(false), needs(true));
+        let (needs_delta, needs_transcript) = (may_tell && needs(false), needs(true) || self.sights.is_retold());
         let (version, delta) = if needs_delta {
             let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) else { return true };
             (delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes))
@@ -507,36 +509,6 @@ impl Bench {
     /// How the wheel turns from a tick on.
     pub(super) fn turning(&self, tick: Tick) -> WheelWire {
         WheelWire { from: tick.0, phase: self.conditions.phase(tick).0, rate: self.conditions.wheel.rate(tick) }
-    }
-
-    /// Begins to show the wheel at a detail, unless it is shown already.
-    pub(super) fn open_view(&mut self, detail: Detail, now: Tick) {
-        let now = Moment { tick: now, phase: self.conditions.phase(now) };
-        let (view, before) = &mut self.views[usize::from(detail.number())];
-        view.get_or_insert_with(|| View::after(*before, &self.author, detail, now));
-    }
-
-    /// Shows it no longer.
-    pub(super) fn close_view(&mut self, detail: Detail) {
-        let (view, before) = &mut self.views[usize::from(detail.number())];
-        if let Some(view) = view.take() {
-            *before = view.latest().next();
-        }
-    }
-
-    /// The wheel at a detail, if anybody looks at it.
-    pub(super) const fn view(&self, detail: Detail) -> Option<&View> {
-        self.views[detail.number() as usize].0.as_ref()
-    }
-
-    /// Takes a snapshot for those details of which `is_due` says so.
-    pub(super) fn publish_views(&mut self, now: Tick, is_due: impl Fn(Detail) -> bool) {
-        let now = Moment { tick: now, phase: self.conditions.phase(now) };
-        for detail in Detail::ALL.into_iter().filter(|detail| is_due(*detail)) {
-            if let (Some(view), _) = &mut self.views[usize::from(detail.number())] {
-                view.publish(&self.author, now);
-            }
-        }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::protocol::{Request, Role};
 pub const fn may(role: Role, request: &Request) -> bool {
     match request {
         // looking is for everybody who was let in, and so is going
-        Request::Watch { .. } | Request::Unwatch { .. } | Request::Leave => true,
+        Request::Watch { .. } | Request::Unwatch { .. } | Request::MendSight { .. } | Request::Leave => true,
         // what keeps a copy of the clay whole
         Request::Again { .. } | Request::Resync { .. } | Request::Mend { .. } | Request::Retell { .. } => works(role),
         // what those at a wheel settle among themselves

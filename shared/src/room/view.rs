@@ -62,6 +62,11 @@ impl View {
         (missed <= 1 || bytes <= MISSED_BYTES_MAX).then(pieces)
     }
 
+    /// As [`Tier::mend`].
+    pub(super) fn mend(&self, have: Version, tiles: &[u8]) -> Option<(Vec<u8>, u16)> {
+        self.tier.mend(have, tiles)
+    }
+
     /// As [`Tier::keyframe`].
     pub(super) fn keyframe(&self, have: Version) -> Vec<u8> {
         self.tier.keyframe(have)

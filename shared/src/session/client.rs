@@ -14,6 +14,7 @@ use super::effort::Effort;
 use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
+use super::retelling::{UNLIKE_MAX, press_again};
 use super::welcome::{conditions_of, pot_of, remote_tool};
 use super::{
     BringError, ClassView, ClientError, ClientEvent, GuidanceView, GuidingHand, RemoteTool, StepCounts, greeting,
@@ -24,7 +25,7 @@ use crate::prediction::{Patch, Predictor};
 use crate::protocol::{
     self, HandWire, Hello, Inputs, Keyframe, MeshWire, Notice, Pass, Pulse, Purpose, Request, StepsWire, Upload,
 };
-use crate::snapshot::{Replica, SnapshotError, Touched, Transcript, Version};
+use crate::snapshot::{Replica, SnapshotError, Touched, Version};
 use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
@@ -95,9 +96,6 @@ impl Client {
     const AGAIN_MAX: u32 = 3;
     /// Time beside the round trip after which a keyframe is asked for, since saying it again did not help.
     const RESYNC_AFTER: Duration = Duration::from_millis(200);
-
-    /// Retellings that may come out wrong before it asks for deltas instead.
-    const UNLIKE_MAX: u64 = 3;
 
     /// The first frame to send. A client that `retells` gets what was pressed and presses it again, which takes a tenth of
     /// the bytes that changed tiles do, and time.
@@ -287,7 +285,7 @@ impl Client {
     /// time there asks for deltas, and tries again after half a minute.
     pub fn handle_effort(&mut self, spent: Duration, now: Duration) {
         if let Some(retells) = self.effort.handle(spent, now)
-            && self.counts.unlike < Self::UNLIKE_MAX
+            && self.counts.unlike < UNLIKE_MAX
         {
             self.retell(retells);
         }
@@ -543,16 +541,12 @@ impl Client {
                 self.replica.apply_delta(next, &bytes, &mut self.news).map(|()| true)
             }
             Some(Step::Retelling(told, near)) => {
-                let bytes = told.transcript.len();
-                let since = near.nearest(u16::from_le_bytes(told.since));
-                let transcript =
-                    Transcript::decode(&told.transcript, since).ok_or(SnapshotError::Malformed { bytes })?;
                 self.counts.retold += 1;
-                self.replica.retell(next, &transcript, &self.conditions, &mut self.substep, &mut self.news)?;
-                let is_alike = self.replica.digest() as u16 == u16::from_le_bytes(told.digest);
+                let under = (&self.conditions, &mut self.substep);
+                let is_alike = press_again(&mut self.replica, &told, near, under, &mut self.news)?;
                 if !is_alike {
                     self.counts.unlike += 1;
-                    if self.counts.unlike == Self::UNLIKE_MAX {
+                    if self.counts.unlike == UNLIKE_MAX {
                         self.retell(false);
                     }
                 }

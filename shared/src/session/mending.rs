@@ -9,7 +9,7 @@ use core::time::Duration;
 use crate::protocol::Request;
 use crate::snapshot::{Replica, Version};
 
-/// What was found and mended.
+/// What was found and mended, or a sum of such counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MendCounts {
     /// How often the server was told what every tile is like.
@@ -18,6 +18,15 @@ pub struct MendCounts {
     pub whole: u64,
     /// Tiles that differed and were sent.
     pub tiles: u64,
+}
+
+impl core::ops::AddAssign for MendCounts {
+    fn add_assign(&mut self, other: Self) {
+        let Self { asked, whole, tiles } = other;
+        self.asked += asked;
+        self.whole += whole;
+        self.tiles = self.tiles.saturating_add(tiles);
+    }
 }
 
 /// Where a client stands with clay that differs.

@@ -5,179 +5,21 @@
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::assembly::{Assembly, Step, Traveller};
-use super::welcome::{pot_of, remote_tool};
-use super::{ClassView, ClientError, RemoteTool, greeting};
-use crate::clay::{Phase, Pot, PotSpec, Surface, Wheel};
-use crate::protocol::{self, Body, Hello, Keyframe, Notice, Pass, Purpose, Request, Sight, SightName};
-use crate::snapshot::{Detail, Replica, SnapshotError, Touched, Version};
-use crate::units::Tick;
-
-/// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
-const ASK_AFTER: Duration = Duration::from_millis(60);
-/// Time beside the round trip after which it is asked for again.
-const ASK_AGAIN_AFTER: Duration = Duration::from_millis(300);
-/// Times that it is asked for what leads on; after that, for the whole pot.
-const ASK_ON_MAX: u32 = 2;
-
-/// One wheel as it is seen.
-#[derive(Debug)]
-pub struct Watched {
-    name: SightName,
-    detail: Detail,
-    replica: Replica,
-    assembly: Assembly,
-    /// Whether the first keyframe has come.
-    is_whole: bool,
-    tick: Tick,
-    wheel: Wheel,
-    tools: Vec<RemoteTool>,
-    news: Touched,
-    /// When to ask for what is missing, and how often it was asked for.
-    ask: Option<(Duration, u32)>,
-    counts: WatchCounts,
-}
-
-/// What was counted of one sight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct WatchCounts {
-    mismatches: u64,
-    asked: u64,
-}
-
-impl Watched {
-    fn new(name: SightName, detail: Detail, pot: &Pot, patience: Duration) -> Option<Self> {
-        let shape = detail.grid_of(pot.spec().shape);
-        let pot = Pot::new(PotSpec { shape, ..*pot.spec() }).ok()?;
-        let news = Touched::none(pot.surfaces().iter().map(Surface::shape));
-        Some(Self {
-            name,
-            detail,
-            replica: Replica::with_quantum(pot, detail.quantum()),
-            assembly: Assembly::default(),
-            is_whole: false,
-            tick: Tick(0),
-            wheel: Wheel::default(),
-            tools: Vec::new(),
-            news,
-            ask: Some((patience, 0)),
-            counts: WatchCounts::default(),
-        })
-    }
-
-    /// How much of the wheel it is.
-    #[must_use]
-    pub const fn detail(&self) -> Detail {
-        self.detail
-    }
-
-    /// The clay, on the grid of the detail.
-    #[must_use]
-    pub const fn pot(&self) -> &Pot {
-        self.replica.pot()
-    }
-
-    /// Digest of the clay as it was sent.
-    #[must_use]
-    pub fn digest(&self) -> u64 {
-        self.replica.digest()
-    }
-
-    /// The tick of which the clay was last heard.
-    #[must_use]
-    pub const fn tick(&self) -> Tick {
-        self.tick
-    }
-
-    /// How the wheel turns.
-    #[must_use]
-    pub const fn wheel(&self) -> &Wheel {
-        &self.wheel
-    }
-
-    /// Everybody's tools.
-    #[must_use]
-    pub fn tools(&self) -> &[RemoteTool] {
-        &self.tools
-    }
-
-    /// Moves the tiles in which the clay changed since the last call into `changed`, which is of the same grid.
-    pub fn take_changed(&mut self, changed: &mut Touched) {
-        changed.add_all(&self.news);
-        self.news.clear();
-    }
-
-    fn handle(&mut self, sight: Sight) -> bool {
-        let Sight { turning, body, .. } = sight;
-        let tick = Tick(body.tick);
-        if tick >= self.tick {
-            self.tick = tick;
-            if let Some(turning) = turning {
-                self.wheel = Wheel::starting_at(Tick(turning.from), Phase(turning.phase), turning.rate);
-            }
-            if let Some(tools) = &body.tools {
-                self.tools = tools.iter().filter_map(remote_tool).collect();
-            }
-        }
-        self.assembly.handle(Body { tools: None, ..body }, 0, self.replica.version())
-    }
-
-    /// Applies what is whole; true when something has to be asked for now.
-    fn catch_up(&mut self, now: Duration) -> Option<u32> {
-        let held = self.replica.version();
-        let mut is_wrong = false;
-        if let Some((version, _)) = self.assembly.reachable(held, self.traveller()) {
-            while !is_wrong && self.replica.version() < version {
-                is_wrong = self.step().is_err();
-            }
-            self.assembly.forget(self.replica.version());
-        }
-        if self.is_whole
-            && let Some(digest) = self.assembly.take_digest(self.replica.version())
-            && digest != self.replica.digest()
-        {
-            self.counts.mismatches += 1;
-            is_wrong = true;
-        }
-        if is_wrong {
-            self.ask = Some((now + ASK_AGAIN_AFTER, ASK_ON_MAX));
-            return Some(0);
-        }
-        if self.replica.version() > held || (self.is_whole && self.assembly.latest() <= self.replica.version()) {
-            self.ask = None;
-        }
-        None
-    }
-
-    fn step(&mut self) -> Result<(), SnapshotError> {
-        let next = self.replica.version().next();
-        match self.assembly.take(next, self.traveller()) {
-            Some(Step::Delta(bytes)) => self.replica.apply_delta(next, &bytes, &mut self.news),
-            _ => Err(SnapshotError::NotNext { delta: next, held: self.replica.version() }),
-        }
-    }
-
-    /// The version to be asked on from, if it is time.
-    fn due(&mut self, now: Duration, round_trip: Duration) -> Option<u32> {
-        let is_behind = !self.is_whole || self.assembly.latest() > self.replica.version();
-        if !is_behind {
-            return None;
-        }
-        let (at, times) = *self.ask.get_or_insert((now + ASK_AFTER, 0));
-        if now < at {
-            return None;
-        }
-        self.ask = Some((now + round_trip + ASK_AGAIN_AFTER, times + 1));
-        Some(if self.is_whole && times < ASK_ON_MAX { self.replica.version().0 } else { 0 })
-    }
-
-    const fn traveller(&self) -> Traveller {
-        Traveller { told: 0, takes_deltas: self.replica.takes_deltas() }
-    }
-}
+use super::effort::Effort;
+use super::mending::MendCounts;
+use super::retelling::UNLIKE_MAX;
+use super::setting::{self, Setting};
+use super::watched::{ASK_AGAIN_AFTER, WatchCounts, Watched};
+use super::welcome::pot_of;
+use super::{ClassView, ClientError, greeting};
+use crate::clay::{MethodKind, Pot};
+use crate::protocol::{self, Hello, Keyframe, NewsWire, Notice, Pass, Purpose, Request, Sight, SightName};
+use crate::snapshot::Detail;
+use crate::tool::ConvexTool;
 
 /// What there is of one wheel.
 #[derive(Debug, Default)]
@@ -185,12 +27,29 @@ struct Place {
     shown: Option<Watched>,
     /// At another detail, not yet whole.
     coming: Option<Watched>,
+    /// What everybody there was told, for who looks closely.
+    setting: Option<Setting>,
+}
+
+impl Place {
+    fn sights(&mut self) -> impl Iterator<Item = &mut Watched> {
+        self.shown.iter_mut().chain(&mut self.coming)
+    }
+
+    /// Those who press again know how the wheel turns from what they were told.
+    fn turn(&mut self) {
+        let Some(setting) = &self.setting else { return };
+        for sight in self.shown.iter_mut().chain(&mut self.coming) {
+            sight.turn(&setting.conditions.wheel);
+        }
+    }
 }
 
 /// A client that looks on.
 #[derive(Debug)]
 pub struct Watcher {
     pot: Pot,
+    method: MethodKind,
     wheels: u16,
     round_trip: Duration,
     places: BTreeMap<u16, Place>,
@@ -199,6 +58,9 @@ pub struct Watcher {
     before: WatchCounts,
     class: ClassView,
     is_closing: bool,
+    effort: Effort,
+    /// Whether it keeps up with pressing again what is pressed where it looks.
+    keeps_up: bool,
 }
 
 impl Watcher {
@@ -224,6 +86,7 @@ impl Watcher {
             pot_of(&audience.pot, audience.method).map_err(|error| ClientError::Pot(alloc::format!("{error}")))?;
         Ok(Self {
             pot,
+            method: MethodKind::from_number(audience.method),
             wheels: audience.wheels,
             round_trip,
             places: BTreeMap::new(),
@@ -231,6 +94,8 @@ impl Watcher {
             before: WatchCounts::default(),
             class: ClassView::default(),
             is_closing: false,
+            effort: Effort::default(),
+            keeps_up: true,
         })
     }
 
@@ -253,17 +118,19 @@ impl Watcher {
     }
 
     /// Begins to watch a wheel, or watches it at another detail from now on: what there is of it is shown until the new sight
-    /// is whole.
+    /// is whole. Who does not keep up with [`Detail::Retold`] gets [`Detail::Spectator`], until it is tried again.
     pub fn watch(&mut self, wheel: u16, detail: Detail, now: Duration) {
+        let detail = if detail == Detail::Retold && !self.keeps_up { Detail::Spectator } else { detail };
         let place = self.places.entry(wheel).or_default();
-        if place.coming.as_ref().is_some_and(|coming| coming.detail == detail) {
+        if place.coming.as_ref().is_some_and(|coming| coming.detail() == detail) {
             return;
         }
         let given_up = place.coming.take();
-        let is_shown = place.shown.as_ref().is_some_and(|shown| shown.detail == detail);
+        let is_shown = place.shown.as_ref().is_some_and(|shown| shown.detail() == detail);
         let name = SightName { wheel, detail: detail.number() };
         if !is_shown {
             place.coming = Watched::new(name, detail, &self.pot, now + self.round_trip + ASK_AGAIN_AFTER);
+            place.turn();
             self.request(&Request::Watch { sight: name, have: 0 });
         }
         if let Some(given_up) = given_up {
@@ -279,10 +146,40 @@ impl Watcher {
         }
     }
 
+    /// Takes in how long the caller's last [`Watcher::handle_datagram`] took: who spends more than a third of its time there
+    /// gets deltas where it presses again, and tries that again after half a minute.
+    pub fn handle_effort(&mut self, spent: Duration, now: Duration) {
+        if let Some(keeps_up) = self.effort.handle(spent, now) {
+            self.set_keeps_up(keeps_up && self.counts().unlike < UNLIKE_MAX, now);
+        }
+    }
+
+    /// Whether it presses again what is pressed where it looks closely.
+    #[must_use]
+    pub const fn keeps_up(&self) -> bool {
+        self.keeps_up
+    }
+
+    fn set_keeps_up(&mut self, keeps_up: bool, now: Duration) {
+        if self.keeps_up == keeps_up {
+            return;
+        }
+        let detail = if keeps_up { Detail::Spectator } else { Detail::Retold };
+        let is_meant = |place: &Place| {
+            let newest = place.coming.as_ref().or(place.shown.as_ref());
+            newest.is_some_and(|sight| sight.detail() == detail)
+        };
+        let meant: Vec<u16> =
+            self.places.iter().filter(|(_, place)| is_meant(place)).map(|(&wheel, _)| wheel).collect();
+        self.keeps_up = keeps_up;
+        for wheel in meant {
+            self.watch(wheel, Detail::Retold, now);
+        }
+    }
+
     fn give_up(&mut self, sight: &Watched) {
-        self.before.mismatches += sight.counts.mismatches;
-        self.before.asked += sight.counts.asked;
-        self.request(&Request::Unwatch { sight: sight.name });
+        self.before += sight.counts();
+        self.request(&Request::Unwatch { sight: sight.name() });
     }
 
     /// A wheel as it is seen, once there is something to see.
@@ -296,34 +193,52 @@ impl Watcher {
         self.places.get_mut(&wheel)?.shown.as_mut()
     }
 
+    /// The convex tools of a wheel that is looked at closely, by their number; none before they were told of.
+    #[must_use]
+    pub fn rack(&self, wheel: u16) -> Option<Arc<[ConvexTool]>> {
+        self.places.get(&wheel)?.setting.as_ref().map(Setting::rack)
+    }
+
     /// Whether a sight is on its way that is not shown yet, or newer clay is known of than is held.
     #[must_use]
     pub fn is_behind(&self) -> bool {
-        self.places.values().any(|place| {
-            let lags = |sight: &Watched| sight.assembly.latest() > sight.replica.version();
-            place.coming.is_some() || place.shown.as_ref().is_none_or(lags)
-        })
+        self.places.values().any(|place| place.coming.is_some() || place.shown.as_ref().is_none_or(Watched::is_behind))
     }
 
-    /// Digests that did not match; each was mended by asking for the whole pot.
+    fn counts(&self) -> WatchCounts {
+        let mut sum = self.before;
+        for sight in self.places.values().flat_map(|place| place.shown.iter().chain(&place.coming)) {
+            sum += sight.counts();
+        }
+        sum
+    }
+
+    /// Digests that did not match; each was mended.
     #[must_use]
     pub fn mismatches(&self) -> u64 {
-        self.before.mismatches + self.all().map(|sight| sight.counts.mismatches).sum::<u64>()
+        self.counts().mismatches
+    }
+
+    /// How clay that differed was mended.
+    #[must_use]
+    pub fn mend_counts(&self) -> MendCounts {
+        self.counts().mended
+    }
+
+    /// Snapshots that it came to by pressing again what was pressed.
+    #[must_use]
+    pub fn retold(&self) -> u64 {
+        self.counts().retold
     }
 
     /// How often it asked for what was missing.
     #[must_use]
     pub fn asked(&self) -> u64 {
-        self.before.asked + self.all().map(|sight| sight.counts.asked).sum::<u64>()
-    }
-
-    fn all(&self) -> impl Iterator<Item = &Watched> {
-        self.places.values().flat_map(|place| place.shown.iter().chain(&place.coming))
+        self.counts().asked
     }
 
     fn find(&mut self, name: SightName) -> Option<&mut Watched> {
-        let place = self.places.get_mut(&name.wheel)?;
-        [&mut place.shown, &mut place.coming].into_iter().flatten().find(|sight| sight.name == name)
+        self.places.get_mut(&name.wheel)?.sights().find(|sight| sight.name() == name)
     }
 
     /// Takes in a control frame.
@@ -334,6 +249,15 @@ impl Watcher {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
             Notice::Closing => self.is_closing = true,
             Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::News(NewsWire { wheel, told, of }) => {
+                // what is no longer looked at may still be told of
+                let Some(place) = self.places.get_mut(&wheel) else { return Ok(()) };
+                let shape = self.pot.spec().shape;
+                if !setting::hear(&mut place.setting, (told, of), (self.method, shape)) {
+                    return Err(protocol::ProtocolError::Malformed { bytes: frame.len() }.into());
+                }
+                place.turn();
+            }
             notice => {
                 let known = self.class.handle(notice);
                 known.ok_or(protocol::ProtocolError::Malformed { bytes: frame.len() })?;
@@ -358,37 +282,33 @@ impl Watcher {
         let Ok(keyframe) = protocol::decode::<{ protocol::KEYFRAME_MAX }, Keyframe>(bytes) else { return false };
         let Some(name) = keyframe.sight else { return false };
         let Some(watched) = self.find(name) else { return true };
-        let (version, since) = (Version(keyframe.version), Version(keyframe.since));
-        if version < watched.replica.version() {
-            return true;
+        if !watched.handle_keyframe(&keyframe) {
+            return false;
         }
-        let Keyframe { bytes, goes_on, .. } = &keyframe;
-        match watched.replica.apply_keyframe(version, since, bytes, *goes_on, &mut watched.news) {
-            Ok(()) => {
-                watched.is_whole = true;
-                watched.ask = None;
-                watched.tick = watched.tick.max(Tick(keyframe.tick));
-            }
-            // it leads on from what was lost as well; that is asked for
-            Err(SnapshotError::NotNext { .. }) => {}
-            Err(_) => return false,
-        }
-        watched.assembly.forget(watched.replica.version());
         self.catch_up(name, now);
         true
     }
 
     fn catch_up(&mut self, name: SightName, now: Duration) {
-        let Some(watched) = self.find(name) else { return };
-        if let Some(have) = watched.catch_up(now) {
-            watched.counts.asked += 1;
-            self.request(&Request::Watch { sight: name, have });
-        }
+        let round_trip = self.round_trip;
         let Some(place) = self.places.get_mut(&name.wheel) else { return };
-        if let Some(come) = place.coming.take_if(|coming| coming.is_whole)
-            && let Some(gone) = place.shown.replace(come)
-        {
+        let Place { shown, coming, setting } = place;
+        let watched = shown.iter_mut().chain(coming.iter_mut()).find(|sight| sight.name() == name);
+        let Some(watched) = watched else { return };
+        let request = watched.catch_up(setting.as_mut(), now, round_trip);
+        let is_unlike = request.is_some() && watched.counts().unlike > 0;
+        let gone = coming.take_if(|coming| coming.is_whole()).and_then(|mut come| {
+            come.note_all_changed();
+            shown.replace(come)
+        });
+        if let Some(request) = request {
+            self.request(&request);
+        }
+        if let Some(gone) = gone {
             self.give_up(&gone);
+        }
+        if is_unlike && self.counts().unlike >= UNLIKE_MAX {
+            self.set_keeps_up(false, now);
         }
     }
 
@@ -399,11 +319,15 @@ impl Watcher {
     /// Asks for what is missing, if it is time; call it now and then.
     pub fn handle_time(&mut self, now: Duration) {
         let round_trip = self.round_trip;
+        // what everybody was told may be all that a retelling waited for
+        let waiting = self.places.values_mut().flat_map(Place::sights).filter(|sight| sight.is_behind());
+        for name in waiting.map(|sight| sight.name()).collect::<Vec<_>>() {
+            self.catch_up(name, now);
+        }
         let mut requests = Vec::new();
-        for sight in self.places.values_mut().flat_map(|place| place.shown.iter_mut().chain(&mut place.coming)) {
-            if let Some(have) = sight.due(now, round_trip) {
-                sight.counts.asked += 1;
-                requests.push(Request::Watch { sight: sight.name, have });
+        for sight in self.places.values_mut().flat_map(Place::sights) {
+            if let Some(request) = sight.due(now, round_trip) {
+                requests.push(request);
             }
         }
         for request in requests {

@@ -5,7 +5,7 @@
 
 use super::{RemoteTool, runs};
 use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, Support, Wheel};
-use crate::protocol::{PotWire, ToolWire, Welcome, WheelWire};
+use crate::protocol::{ClayWire, PotWire, ToolWire, Welcome, WheelWire};
 use crate::tool::Position;
 use crate::units::{Metres, Tick};
 
@@ -22,15 +22,20 @@ pub(super) fn pot_of(pot: &PotWire, method: u8) -> Result<Pot, crate::clay::PotE
 }
 
 pub(super) fn conditions_of(welcome: &Welcome) -> Conditions {
-    let mut conditions = Conditions { method: MethodKind::from_number(welcome.method), ..Conditions::default() };
-    let mut segments = welcome.wheel.iter();
+    conditions_under(MethodKind::from_number(welcome.method), &welcome.wheel, &welcome.clay)
+}
+
+/// Wheel and clay as a list of changes of each has them, earliest first.
+pub(super) fn conditions_under(method: MethodKind, wheel: &[WheelWire], clay: &[(u64, ClayWire)]) -> Conditions {
+    let mut conditions = Conditions { method, ..Conditions::default() };
+    let mut segments = wheel.iter();
     if let Some(WheelWire { from, phase, rate }) = segments.next() {
         conditions.wheel = Wheel::starting_at(Tick(*from), Phase(*phase), *rate);
     }
     for segment in segments {
         conditions.wheel.schedule(Tick(segment.from), segment.rate);
     }
-    let mut entries = welcome.clay.iter().map(|&(from, clay)| (Tick(from), Material::from(clay)));
+    let mut entries = clay.iter().map(|&(from, clay)| (Tick(from), Material::from(clay)));
     if let Some((_, material)) = entries.next() {
         conditions.material = Schedule::new(material);
     }

@@ -105,4 +105,24 @@ impl Publisher {
         }
         encoder.finish()
     }
+
+    /// As [`super::Author::mend`].
+    pub(super) fn mend(&self, have: Version, tiles: &[u8], goes_on: bool) -> Option<(Vec<u8>, u16)> {
+        let mut differing = Vec::new();
+        let mut held = tiles.chunks_exact(2).map(|two| u16::from_le_bytes([two[0], two[1]]));
+        for (surface, grid) in self.grids.iter().enumerate() {
+            for (tile, digest) in (0..).zip(grid.short_digests()) {
+                if held.next()? != digest && self.version_of(surface, tile) <= have {
+                    differing.push((surface, tile));
+                }
+            }
+        }
+        if tiles.len() % 2 == 1 || held.next().is_some() {
+            return None;
+        }
+        let bytes = self.keyframe(goes_on, |surface, tile| {
+            self.version_of(surface, tile) > have || differing.binary_search(&(surface, tile)).is_ok()
+        });
+        Some((bytes, differing.len().min(usize::from(u16::MAX)) as u16))
+    }
 }

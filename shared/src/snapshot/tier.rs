@@ -18,11 +18,14 @@ pub enum Detail {
     Spectator,
     /// One of many wheels in small pictures: elements four times as large each way, five times a second, to 61 µm.
     Gallery,
+    /// Who looks on at one wheel and keeps up with pressing again what is pressed there: the author's clay itself, thirty times a
+    /// second, for about half of the spectator's bytes.
+    Retold,
 }
 
 impl Detail {
     /// All of them, by their number.
-    pub const ALL: [Self; 2] = [Self::Spectator, Self::Gallery];
+    pub const ALL: [Self; 3] = [Self::Spectator, Self::Gallery, Self::Retold];
 
     /// Its number in messages.
     #[must_use]
@@ -42,6 +45,7 @@ impl Detail {
         match self {
             Self::Spectator => Quantum::SPECTATOR,
             Self::Gallery => Quantum::of_steps(16),
+            Self::Retold => Quantum::FINEST,
         }
     }
 
@@ -49,7 +53,7 @@ impl Detail {
     #[must_use]
     pub const fn fold(self) -> u32 {
         match self {
-            Self::Spectator => 1,
+            Self::Spectator | Self::Retold => 1,
             Self::Gallery => 4,
         }
     }
@@ -58,9 +62,15 @@ impl Detail {
     #[must_use]
     pub const fn every(self) -> u64 {
         match self {
-            Self::Spectator => 2,
+            Self::Spectator | Self::Retold => 2,
             Self::Gallery => 12,
         }
+    }
+
+    /// Whether it shows tools, and so tells of those that people bring.
+    #[must_use]
+    pub const fn shows_tools(self) -> bool {
+        !matches!(self, Self::Gallery)
     }
 
     /// Its grid, where the author's is `shape`.
@@ -142,6 +152,12 @@ impl Tier {
         }
         self.seen = author.latest();
         self.publisher.finish(now)
+    }
+
+    /// As [`Author::mend`], of this chain, for who goes on with its deltas.
+    #[must_use]
+    pub fn mend(&self, have: Version, tiles: &[u8]) -> Option<(Vec<u8>, u16)> {
+        self.publisher.mend(have, tiles, true)
     }
 
     /// As [`Author::keyframe`], of this chain, for who goes on with its deltas.

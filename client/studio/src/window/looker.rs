@@ -105,7 +105,7 @@ impl Looker {
         match alone {
             Some(wheel) => {
                 looker.places = vec![Place::new(wheel)];
-                looker.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Spectator, now));
+                looker.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Retold, now));
             }
             None => looker.turn_page(0),
         }
@@ -151,7 +151,7 @@ impl Looker {
     fn go(&mut self, wish: Option<u16>) {
         match wish {
             Some(wheel) => {
-                self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Spectator, now));
+                self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Retold, now));
                 (self.close, self.is_close_shown) = (Some(wheel), false);
             }
             None => {
@@ -180,18 +180,24 @@ impl Looker {
         let Some(stage) = &mut self.stage else { return };
         let passed = self.started.elapsed().as_millis() as i64;
         let (places, close) = (&mut self.places, self.close);
-        let (is_close_shown, ahead) = (&mut self.is_close_shown, &mut self.ahead);
+        let (is_close_shown, ahead, rack) = (&mut self.is_close_shown, &mut self.ahead, &mut self.rack);
         let wheels = places.len();
         let mut is_news = false;
         let camera = &mut self.camera;
         self.onlooker.look(|watcher, _| {
             let ticks = places.iter().filter_map(|place| Some(watcher.sight(place.wheel)?.tick().0 as i64 - passed));
             *ahead = ticks.chain(*ahead).max();
+            // tools that people bring hang in the rack of their wheel
+            if let Some(known) = close.and_then(|wheel| watcher.rack(wheel))
+                && !Arc::ptr_eq(&known, rack)
+            {
+                (*rack, is_news) = (known, true);
+            }
             let now = Tick(ahead.map_or(0, |ahead| passed + ahead).max(0) as u64);
             for (number, place) in places.iter_mut().enumerate() {
                 let Some(sight) = watcher.sight_mut(place.wheel) else { continue };
                 is_news |= place.take_in(sight, now);
-                let is_closely = sight.detail() == Detail::Spectator;
+                let is_closely = sight.detail().shows_tools();
                 if close == Some(place.wheel) && is_closely {
                     if !*is_close_shown {
                         stage.show_pot(sight.pot());

@@ -25,7 +25,7 @@ const DIGEST_EVERY: u64 = 16;
 
 /// What leads to a snapshot, in pieces; empty where nobody needed it, or it was too much.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(in crate::room) struct Way {
     pub(super) version: Version,
     pub(super) delta: Vec<Fragment>,
     pub(super) transcript: Vec<Fragment>,
