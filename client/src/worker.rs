@@ -12,6 +12,7 @@ use hdrhistogram::Histogram;
 use pottery_shared::clay::{Form, Material};
 use pottery_shared::protocol::{DATAGRAM_MAX, Order, Request};
 use pottery_shared::session::{Client, ClientEvent, MendCounts, StepCounts};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
@@ -53,6 +54,9 @@ pub enum Command {
     Redo,
     /// Put new clay on the wheel, in a form or as it began; can be undone as a stroke.
     NewPot(Option<Form>),
+    /// Put that pot on the wheel; can be undone as a stroke. The log says when it is none of this wheel's, which
+    /// [`pottery_shared::session::fitted`] tells beforehand.
+    Put(Arc<PotRecord>),
     /// What a teacher orders; the view says when it was not done.
     Order(Order),
     /// Something about guiding, or being guided; the view says what came of it.
@@ -232,6 +236,9 @@ impl Worker {
                     Some(Command::Undo) => self.session.undo(),
                     Some(Command::Redo) => self.session.redo(),
                     Some(Command::NewPot(form)) => self.session.begin_anew(form),
+                    Some(Command::Put(record)) => if let Err(error) = self.session.put(&record) {
+                        tracing::warn!(%error, "the pot was not put on the wheel");
+                    },
                     Some(Command::Guide(command)) => {
                         self.guiding.command(command, &mut self.session, &self.view, self.epoch.elapsed());
                     }

@@ -26,8 +26,8 @@ pub use frame::{FrameReader, frame};
 pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, TargetWire};
 pub use messages::{
     Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
-    Notice, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight, StepsWire,
-    ToolWire, Upload, Welcome, WheelWire,
+    Notice, POT_PIECE, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight,
+    StepsWire, ToolWire, Upload, Welcome, WheelWire,
 };
 pub use steps::Steps;
 pub use token::TokenError;
@@ -38,7 +38,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 13;
+pub const VERSION: u16 = 14;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

@@ -33,7 +33,7 @@ use bench::Bench;
 use doors::Doors;
 pub use doors::{DoorConfig, TokenHash, token_hash};
 use guidance::Leads;
-use history::Step;
+use history::{Anew, Step};
 pub use journal::{Entry, Happening, WheelState};
 use people::People;
 pub use replay::{Comparison, Replay, ReplayError};
@@ -96,6 +96,9 @@ const STEP_COST: i64 = 4;
 /// Samples pressed again in a tick for those who undid something, at all wheels together; a wheel at which people press
 /// gets twice what they press beside.
 const AGAIN_A_TICK: usize = 8;
+
+/// What a pot costs in plain requests: as many bytes as the wheel has radii are kept for it.
+const POT_COST: i64 = 8;
 
 /// What a tool costs in plain requests: it is checked and told to everybody.
 const TOOL_COST: i64 = 8;
@@ -352,6 +355,9 @@ impl Room {
             Request::Resync { .. } | Request::Mend { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
             Request::Undo { .. } | Request::Redo { .. } | Request::NewPot { .. } => STEP_COST,
+            // what follows the first piece is as much as the wheel's grid has, and no more
+            Request::Pot { piece: 0, .. } => POT_COST,
+            Request::Pot { .. } => 0,
             // for those who only look on, and those who teach
             Request::Watch { .. }
             | Request::Unwatch { .. }
@@ -384,7 +390,10 @@ impl Room {
             Request::Undo { held } => bench.ask_step(peer, Step::Back, held, self.now),
             Request::Redo { held } => bench.ask_step(peer, Step::Forth, held, self.now),
             Request::NewPot { held, form } => {
-                bench.ask_step(peer, Step::Anew(Form::from_number(form)), held, self.now);
+                bench.ask_step(peer, Step::Anew(Anew::Form(Form::from_number(form))), held, self.now);
+            }
+            Request::Pot { held, piece, bytes } => {
+                bench.take_piece(peer, held, piece, &bytes, self.now, &mut self.outbox);
             }
             Request::Watch { .. }
             | Request::Unwatch { .. }

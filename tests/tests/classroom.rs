@@ -234,6 +234,8 @@ fn table() -> Vec<(Request, [bool; 3])> {
         (Request::Undo { held: 0 }, working),
         (Request::Redo { held: 0 }, working),
         (Request::NewPot { held: 0, form: 0 }, working),
+        (Request::Pot { held: 0, piece: 0, bytes: Vec::new() }, working),
+        (Request::MendSight { sight: SIGHT, have: 1, tiles: Vec::new() }, all),
         (Request::Guide { student: 2, guidance: GuidanceWire { mode: 0, strength: 50 } }, teaching),
         (Request::EndGuidance, working),
         (Request::Target(None), teaching),
@@ -271,7 +273,7 @@ fn table_of_rights_holds_for_every_role_and_request() {
     let mut requests = numbers(table().iter().map(|(request, _)| protocol::encode(request)).collect(), 0);
     requests.sort_unstable();
     requests.dedup();
-    assert_eq!(requests, (0..=16).collect::<Vec<_>>());
+    assert_eq!(requests, (0..=18).collect::<Vec<_>>());
     assert_eq!(numbers(orders().iter().map(protocol::encode).collect(), 0), (0..=12).collect::<Vec<_>>());
     for (request, allowed) in table() {
         for (role, allowed) in Role::ALL.into_iter().zip(allowed) {

@@ -137,6 +137,10 @@ fn requests() -> Vec<Value> {
         (Request::EndGuidance, json!("end_guidance")),
         (Request::Target(Some(target())), json!({ "target": target_value() })),
         (Request::Target(None), json!({ "target": null })),
+        (
+            Request::Pot { held: 70_000, piece: 14, bytes: vec![0, 171, 255] },
+            json!({ "pot": { "held": 70_000, "piece": 14, "bytes": "00abff" } }),
+        ),
     ];
     let orders = orders().into_iter().map(|(order, value)| (Request::Order(order), json!({ "order": value })));
     all.into_iter().chain(orders).map(|(request, value)| vector("request", &encode(&request), value)).collect()
@@ -302,6 +306,7 @@ fn notices() -> Vec<Value> {
         (Notice::Steps(StepsWire { back: 300, forth: 2, is_remaking: true }), json!({ "steps": [300, 2, true] })),
         (Notice::NoStep(NoStep::NothingBack), json!({ "no_step": "back" })),
         (Notice::NoStep(NoStep::NothingForth), json!({ "no_step": "forth" })),
+        (Notice::NoStep(NoStep::NoPot), json!({ "no_step": "no_pot" })),
     ];
     all.into_iter()
         .chain(lesson())

@@ -13,12 +13,12 @@ use std::time::Duration;
 use glam::Vec3;
 use pottery_server::recording::{Playback, Recording, RecordingWriter};
 use pottery_shared::clay::{Form, GridShape, Material, MethodKind, PotSpec};
-use pottery_shared::protocol::{FrameReader, NoStep};
+use pottery_shared::protocol::{FrameReader, NoStep, POT_PIECE, Request};
 use pottery_shared::room::{Entry, Happening, Lane, PeerId, Replay, Room, RoomConfig};
-use pottery_shared::session::{Client, ClientEvent, Watcher};
+use pottery_shared::session::{Client, ClientEvent, PutError, Watcher, fitted};
 use pottery_shared::snapshot::{Detail, PotRecord};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
-use pottery_shared::units::{Rpm, Tick};
+use pottery_shared::units::{Metres, Rpm, Tick};
 use pottery_tests::dice::Dice;
 
 /// Ticks off the clay after which the next touch is another stroke.
@@ -540,6 +540,69 @@ fn a_new_pot_of_a_form_is_the_same_clay_and_can_be_taken_back() {
         assert_eq!(world.digest(), before, "{form:?}");
     }
     world.assert_recorded();
+}
+
+#[test]
+fn a_pot_that_somebody_brings_is_put_for_everybody_and_can_be_taken_back() {
+    let mut world = World::new(MethodKind::Plastic, (120, 100), 0.03, 23);
+    for person in 0..2 {
+        world.come(person);
+    }
+    world.run(1500, in_turns);
+    world.run(2300, |_, _| None);
+    world.assert_settled("pressed");
+    let (before, spec) = (world.digest(), *world.room.pot(0).unwrap().spec());
+    // of this grid and of a finer one: two pieces each on this wheel
+    for shape in [spec.shape, GridShape::new(240, 200).unwrap()] {
+        let bottle = PotRecord::of(&Form::Bottle.of_clay_of(PotSpec { shape, ..spec }).unwrap());
+        world.potter(1).put(&bottle).unwrap();
+        world.run(world.now + 400, |_, _| None);
+        world.assert_settled("put");
+        let put = world.room.pot(0).unwrap();
+        assert_eq!(PotRecord::of(put), fitted(&bottle, &spec).unwrap(), "{shape:?}");
+        // within a thousandth, which another grid makes of a curved wall
+        let (high_m, there_m) = (bottle.pot().surfaces()[0].height_m(), put.surfaces()[0].height_m());
+        assert!((high_m / there_m - 1.0).abs() < 1e-3, "{high_m} {there_m}");
+        world.potter(1).undo();
+        world.run(world.now + 600, |_, _| None);
+        world.assert_settled("taken back");
+        assert_eq!(world.digest(), before, "{shape:?}");
+    }
+    world.assert_recorded();
+}
+
+#[test]
+fn what_is_no_pot_of_the_wheel_is_told_and_changes_nothing() {
+    let mut world = World::new(MethodKind::Plastic, (120, 100), 0.0, 24);
+    world.come(0);
+    world.run(1500, in_turns);
+    world.run(2300, |_, _| None);
+    let (before, spec) = (world.digest(), *world.room.pot(0).unwrap().spec());
+    let planes = PotRecord::of(&Form::Bowl.of_clay_of(spec).unwrap()).planes();
+    let (first, last) = planes.split_at(POT_PIECE);
+    // out of turn, cut short, too long, of radii that no pot has, and after all of it a whole one
+    let attempts: [&[(u16, &[u8])]; 6] = [
+        &[(1, last)],
+        &[(0, first), (1, &last[1..])],
+        &[(0, &first[1..]), (1, last)],
+        &[(0, first), (1, &[last, last].concat())],
+        &[(0, &[255; POT_PIECE]), (1, last)],
+        &[(0, first), (0, first), (7, last), (1, last)],
+    ];
+    for (number, pieces) in attempts.into_iter().enumerate() {
+        for &(piece, bytes) in pieces {
+            world.potter(0).request(&Request::Pot { held: 0, piece, bytes: bytes.to_vec() });
+        }
+        world.run(world.now + 1500, |_, _| None);
+        assert_eq!(world.answers, vec![(PeerId(0), NoStep::NoPot); number + 1], "attempt {number}");
+        assert_eq!(world.digest(), before, "attempt {number}");
+    }
+    let higher = PotSpec { height: Metres(0.25), ..spec };
+    let other = PotRecord::of(&Form::Bowl.of_clay_of(higher).unwrap());
+    let said = world.potter(0).put(&other).unwrap_err().to_string();
+    assert!(said.contains("mm high") && said.contains("--open"), "{said}");
+    let thin = PotRecord::of(&Form::Bowl.of_clay_of(PotSpec { wall: Metres(0.004), ..spec }).unwrap());
+    assert!(matches!(world.potter(0).put(&thin), Err(PutError::Clay { their_wall_mm: 4.0, .. })));
 }
 
 #[test]

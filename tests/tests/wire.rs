@@ -7,9 +7,9 @@ use std::cell::Cell;
 use pottery_shared::protocol::{
     self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
     Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, LeadWire,
-    MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire,
-    Presence, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire,
-    Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
+    MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, POT_PIECE, Pass, PersonWire, PlaceWire,
+    PotOf, PotWire, Presence, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role,
+    Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -149,6 +149,11 @@ fn request() -> impl Strategy<Value = Request> {
         }),
         Just(Request::EndGuidance),
         target().prop_map(Request::Target),
+        (any::<u64>(), any::<u16>(), bytes(POT_PIECE)).prop_map(|(held, piece, bytes)| Request::Pot {
+            held,
+            piece,
+            bytes
+        }),
     ]
 }
 

@@ -149,7 +149,19 @@ pub enum Request {
         /// The lowest 16 bits of every tile's digest at it, low byte first.
         tiles: Vec<u8>,
     },
+    /// A piece of a pot for the wheel; with its last piece it is put there, which can be undone as a stroke of the client.
+    Pot {
+        /// The tick of its newest sample.
+        held: u64,
+        /// Number of the piece, from 0, in order.
+        piece: u16,
+        /// Its bytes: of the planes of the pot's radii, [`POT_PIECE`] in every piece but the last.
+        bytes: Vec<u8>,
+    },
 }
+
+/// Bytes of a piece of a pot.
+pub const POT_PIECE: usize = 20_000;
 
 /// Why there is no step back or forth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, thiserror::Error)]
@@ -160,6 +172,9 @@ pub enum NoStep {
     /// None can be redone.
     #[error("there is nothing of yours to redo: whoever presses on after an undo keeps to that")]
     NothingForth,
+    /// What the client sent is no pot of the wheel's grid; programs check that before they send it.
+    #[error("the server cannot put that pot on this wheel")]
+    NoPot,
 }
 
 /// What one client can undo and redo.

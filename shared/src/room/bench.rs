@@ -7,6 +7,7 @@ mod hands;
 mod holding;
 mod keyframes;
 mod pulses;
+mod putting;
 mod sights;
 mod stepping;
 
@@ -63,6 +64,8 @@ struct Seat {
     /// Gone, but with samples still to be pressed.
     leaving: bool,
     told_steps: StepsWire,
+    /// The pieces of a pot that it brings, as far as they are here.
+    coming: Vec<u8>,
     /// Has not been sent a keyframe yet, so that an older one is news as well.
     is_new: bool,
 }
@@ -223,6 +226,7 @@ impl Bench {
             told_of: [self.author.latest(); 2],
             leaving: false,
             told_steps: StepsWire::default(),
+            coming: Vec::new(),
             is_new: true,
         };
         self.seats.insert(peer, seat);

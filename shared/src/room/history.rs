@@ -22,19 +22,19 @@ use crate::snapshot::{KeptClay, Pressed, Touched};
 use crate::units::Tick;
 
 /// A step of one person through what they did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(super) enum Step {
     /// Undo the newest stroke.
     Back,
     /// Redo the one that was undone last.
     Forth,
-    /// Put clay of a form on the wheel, or that with which it began.
-    Anew(Option<Form>),
+    /// Put other clay on the wheel.
+    Anew(Anew),
 }
 
 /// Clay that somebody wants on the wheel.
-#[derive(Debug)]
-enum Anew {
+#[derive(Clone, Debug)]
+pub(super) enum Anew {
     /// New clay of a form, or that with which the wheel began.
     Form(Option<Form>),
     /// This.
@@ -137,8 +137,8 @@ impl History {
             }
             Step::Back => self.strokes.undo(client, held)?,
             Step::Forth => self.strokes.redo(client)?,
-            Step::Anew(form) => {
-                self.anew = Some((client, Anew::Form(form)));
+            Step::Anew(anew) => {
+                self.anew = Some((client, anew));
                 return Ok(());
             }
         };

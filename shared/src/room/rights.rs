@@ -26,7 +26,8 @@ pub const fn may(role: Role, request: &Request) -> bool {
         | Request::Tool { .. }
         | Request::Undo { .. }
         | Request::Redo { .. }
-        | Request::NewPot { .. } => works(role),
+        | Request::NewPot { .. }
+        | Request::Pot { .. } => works(role),
         // letting go of a teacher's hand is for everybody who may have one
         Request::EndGuidance => works(role),
         Request::Order(_) | Request::Guide { .. } | Request::Target(_) => matches!(role, Role::Teacher),
@@ -50,6 +51,7 @@ pub const fn changes_clay(request: &Request) -> bool {
             | Request::Undo { .. }
             | Request::Redo { .. }
             | Request::NewPot { .. }
+            | Request::Pot { .. }
     )
 }
 

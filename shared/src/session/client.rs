@@ -17,15 +17,15 @@ use super::redundancy::Redundancy;
 use super::retelling::{UNLIKE_MAX, press_again};
 use super::welcome::{conditions_of, pot_of, remote_tool};
 use super::{
-    BringError, ClassView, ClientError, ClientEvent, GuidanceView, GuidingHand, RemoteTool, StepCounts, greeting,
-    hand_wire, mesh_of, runs, tool_of, with_one_more,
+    BringError, ClassView, ClientError, ClientEvent, GuidanceView, GuidingHand, PutError, RemoteTool, StepCounts,
+    greeting, hand_wire, mesh_of, putting, runs, tool_of, with_one_more,
 };
 use crate::clay::{Conditions, Form, Pot, SubStep};
 use crate::prediction::{Patch, Predictor};
 use crate::protocol::{
     self, HandWire, Hello, Inputs, Keyframe, MeshWire, Notice, Pass, Pulse, Purpose, Request, StepsWire, Upload,
 };
-use crate::snapshot::{Replica, SnapshotError, Touched, Version};
+use crate::snapshot::{PotRecord, Replica, SnapshotError, Touched, Version};
 use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
@@ -420,6 +420,17 @@ impl Client {
     pub fn begin_anew(&mut self, form: Option<Form>) {
         let held = self.predictor.last_tick().0;
         self.request(&Request::NewPot { held, form: form.map_or(0, Form::number) });
+    }
+
+    /// Asks for a pot to be put on the wheel for everybody; it can be undone as a stroke.
+    ///
+    /// # Errors
+    /// [`PutError`] when it would be another pot there; nothing is asked then.
+    pub fn put(&mut self, record: &PotRecord) -> Result<(), PutError> {
+        let fitted = putting::fitted(record, self.predicted().spec())?;
+        let held = self.predictor.last_tick().0;
+        putting::requests(&fitted, held).for_each(|request| self.request(&request));
+        Ok(())
     }
 
     /// Takes in a datagram; false when it made no sense and was dropped.

@@ -287,7 +287,8 @@ impl App {
     /// Sends what was changed in the panel or by keys, not more often than a server listens.
     fn ask(&mut self) {
         let class = self.panel.class.take_wishes();
-        for command in self.panel.history.take_wishes().into_iter().chain(class) {
+        let put = self.files.take_opened().map(Command::Put);
+        for command in self.panel.history.take_wishes().into_iter().chain(class).chain(put) {
             self.command(command);
         }
         self.ask_for_guidance();

@@ -1,15 +1,18 @@
-//! Saving and exporting from the window: where to, the controls for it, and what came of it.
+//! Saving, exporting and opening from the window: which file, the controls for it, and what came of it.
 //!
-//! Owns the thread that writes; the pot is copied for it, so that the picture goes on meanwhile.
-//! Invariant: one file is written at a time, none that was there before without being asked twice, and none is given up
-//! when the window closes.
+//! Owns the thread that reads and writes; the pot is copied for it, so that the picture goes on meanwhile.
+//! Invariant: one file is read or written at a time, none that was there before is written without being asked twice, and none is given
+//! up when the window closes.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use egui::RichText;
 use pottery_client::export::{Format, export};
 use pottery_client::pot_file::PotFile;
+use pottery_shared::session::fitted;
+use pottery_shared::snapshot::PotRecord;
 
 use crate::words::{Language, Words};
 
@@ -18,12 +21,16 @@ use crate::words::{Language, Words};
 enum Wish {
     Save,
     Export,
+    /// Put the pot of the file on the wheel.
+    Open,
 }
 
 /// What came of a wish.
 #[derive(Clone, Debug)]
 enum Outcome {
     Written(PathBuf),
+    /// The pot of this file is to be put on the wheel.
+    Opened(PathBuf, Arc<PotRecord>),
     /// There is a file of that name.
     Taken(PathBuf),
     /// What is in the way, in a sentence.
@@ -35,13 +42,14 @@ enum Outcome {
 
 impl Outcome {
     const fn is_trouble(&self) -> bool {
-        !matches!(self, Self::Written(_))
+        !matches!(self, Self::Written(_) | Self::Opened(..))
     }
 
     fn said(&self, words: &Words) -> String {
         let of = |path: &Path| path.display().to_string();
         match self {
             Self::Written(path) => words.say_with("written", &[("path", &of(path))]),
+            Self::Opened(path, _) => words.say_with("opened", &[("path", &of(path))]),
             Self::Taken(path) => words.say_with("replace", &[("path", &of(path))]),
             Self::Refused(sentence) => sentence.clone(),
             Self::Lost => words.say("not-written"),
@@ -56,10 +64,12 @@ pub(super) struct Files {
     path: String,
     format: Format,
     wish: Option<Wish>,
-    writing: Option<JoinHandle<Outcome>>,
+    working: Option<JoinHandle<Outcome>>,
     outcome: Option<Outcome>,
     /// What may be replaced: opened or written here, or asked for twice.
     replaceable: Vec<PathBuf>,
+    /// A pot that was read and is to be put on the wheel.
+    opened: Option<Arc<PotRecord>>,
 }
 
 impl Files {
@@ -70,9 +80,10 @@ impl Files {
             path: path.display().to_string(),
             format: Format::Stl,
             wish: None,
-            writing: None,
+            working: None,
             outcome: None,
             replaceable: opened.map(Path::to_path_buf).into_iter().collect(),
+            opened: None,
         }
     }
 
@@ -89,6 +100,15 @@ impl Files {
         self.wish = Some(Wish::Export);
     }
 
+    pub(super) fn open(&mut self) {
+        self.wish = Some(Wish::Open);
+    }
+
+    /// A pot that was opened, to be put on the wheel; once.
+    pub(super) fn take_opened(&mut self) -> Option<Arc<PotRecord>> {
+        self.opened.take()
+    }
+
     /// Lays out the controls.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
         ui.label(RichText::new(words.say("pot-file")).small());
@@ -96,6 +116,9 @@ impl Files {
         ui.horizontal(|ui| {
             if ui.button(words.say("save")).clicked() {
                 self.save();
+            }
+            if ui.button(words.say("open")).on_hover_text(words.say("open-hint")).clicked() {
+                self.open();
             }
             if ui.button(words.say("export-as")).clicked() {
                 self.export();
@@ -106,8 +129,8 @@ impl Files {
                 }
             });
         });
-        let said = match (&self.writing, &self.outcome) {
-            (Some(_), _) => RichText::new(words.say("writing")),
+        let said = match (&self.working, &self.outcome) {
+            (Some(_), _) => RichText::new(words.say("file-busy")),
             (None, Some(outcome)) if outcome.is_trouble() => {
                 RichText::new(outcome.said(words)).color(ui.visuals().error_fg_color)
             }
@@ -119,24 +142,26 @@ impl Files {
 
     /// Takes in what came of the last wish and begins with the next; `take` copies the pot.
     pub(super) fn pass(&mut self, take: impl FnOnce() -> PotFile) {
-        if self.writing.as_ref().is_some_and(JoinHandle::is_finished) {
+        if self.working.as_ref().is_some_and(JoinHandle::is_finished) {
             self.wait();
         }
-        if self.writing.is_some() {
+        if self.working.is_some() {
             return;
         }
         let Some(wish) = self.wish.take() else { return };
         let path = self.target(wish);
-        if path.exists() && !self.replaceable.contains(&path) {
+        if wish != Wish::Open && path.exists() && !self.replaceable.contains(&path) {
             self.outcome = Some(Outcome::Taken(path.clone()));
             self.replaceable.push(path);
             return;
         }
-        self.replaceable.push(path.clone());
+        if wish != Wish::Open {
+            self.replaceable.push(path.clone());
+        }
         let pot = take();
-        let written = std::thread::Builder::new().name("files".into()).spawn(move || write(wish, &pot, &path));
-        match written {
-            Ok(thread) => self.writing = Some(thread),
+        let working = std::thread::Builder::new().name("files".into()).spawn(move || work(wish, &pot, &path));
+        match working {
+            Ok(thread) => self.working = Some(thread),
             Err(error) => self.outcome = Some(Outcome::NoThread(error.to_string())),
         }
     }
@@ -145,15 +170,20 @@ impl Files {
     fn target(&self, wish: Wish) -> PathBuf {
         let path = PathBuf::from(self.path.trim());
         match wish {
-            Wish::Save if path.extension().is_some() => path,
-            Wish::Save => path.with_extension("pot"),
+            Wish::Save | Wish::Open if path.extension().is_some() => path,
+            Wish::Save | Wish::Open => path.with_extension("pot"),
             Wish::Export => path.with_extension(self.format.ending()),
         }
     }
 
     fn wait(&mut self) {
-        if let Some(thread) = self.writing.take() {
-            self.outcome = Some(thread.join().unwrap_or(Outcome::Lost));
+        if let Some(thread) = self.working.take() {
+            let outcome = thread.join().unwrap_or(Outcome::Lost);
+            if let Outcome::Opened(path, record) = &outcome {
+                self.replaceable.push(path.clone());
+                self.opened = Some(Arc::clone(record));
+            }
+            self.outcome = Some(outcome);
         }
     }
 }
@@ -167,12 +197,17 @@ impl Drop for Files {
     }
 }
 
-fn write(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
-    let written = match wish {
-        Wish::Save => pot.write(path).map_err(|error| error.to_string()),
-        Wish::Export => export(&pot.pot().pot(), path).map_err(|error| error.to_string()),
+fn work(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
+    let written = || Outcome::Written(path.to_path_buf());
+    let came = match wish {
+        Wish::Save => pot.write(path).map(|()| written()).map_err(|error| error.to_string()),
+        Wish::Export => export(&pot.pot().pot(), path).map(|()| written()).map_err(|error| error.to_string()),
+        Wish::Open => PotFile::read(path).map_err(|error| error.to_string()).and_then(|file| {
+            let record = fitted(file.pot(), pot.pot().spec()).map_err(|error| error.to_string())?;
+            Ok(Outcome::Opened(path.to_path_buf(), Arc::new(record)))
+        }),
     };
-    written.map_or_else(Outcome::Refused, |()| Outcome::Written(path.to_path_buf()))
+    came.unwrap_or_else(Outcome::Refused)
 }
 
 /// A name in the person's folder for documents that nothing has yet.

@@ -7,7 +7,7 @@ use super::{Bench, Seat, TOOL_SHOWN_TICKS};
 use crate::clay::Form;
 use crate::protocol::NoOrder;
 use crate::room::PeerId;
-use crate::room::history::Step;
+use crate::room::history::{Anew, Step};
 use crate::room::journal::Happening;
 use crate::session::Refusals;
 use crate::snapshot::KeptClay;
@@ -83,7 +83,7 @@ impl Bench {
 
     /// Puts new clay here at the next snapshot, as a step of a client.
     pub(in crate::room) fn begin_anew(&mut self, client: u16, form: Option<Form>) {
-        let step = self.history.step(Step::Anew(form), client, Tick(0), &self.pot);
+        let step = self.history.step(Step::Anew(Anew::Form(form)), client, Tick(0), &self.pot);
         debug_assert!(step.is_ok(), "there can always be new clay");
     }
 

@@ -17,7 +17,7 @@ use crate::snapshot::{TileLayout, Version, steps_of};
 use crate::units::Tick;
 
 /// A step that somebody asked for, to be done when everything up to a tick has been pressed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Wish {
     peer: PeerId,
     step: Step,

@@ -28,6 +28,7 @@ impl App {
             match key.as_ref() {
                 Key::Character("s" | "S") => self.files.save(),
                 Key::Character("e" | "E") => self.files.export(),
+                Key::Character("o" | "O") => self.files.open(),
                 // in a text, they are the text's
                 Key::Character("z" | "Z" | "y" | "Y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
                 Key::Character("z") => self.panel.history.undo(),

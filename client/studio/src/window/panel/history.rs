@@ -74,6 +74,7 @@ impl History {
             });
         });
         let said = match self.said {
+            Some((_, NoStep::NoPot)) => Some("no-pot"),
             Some((_, NoStep::NothingBack)) => Some("no-undo"),
             Some((_, NoStep::NothingForth)) => Some("no-redo"),
             None => is_remaking.then_some("remaking"),

@@ -33,7 +33,7 @@ const KEYS: [(&str, &str); 27] = [
     ("U, Y", "key-record"),
     ("Ctrl + Z, Ctrl + Y", "key-undo"),
     ("Ctrl + N", "key-new"),
-    ("Ctrl + S, Ctrl + E", "key-files"),
+    ("Ctrl + S, Ctrl + O, Ctrl + E", "key-files"),
     ("P", "key-panel"),
     ("H, Esc", "key-help"),
 ];
