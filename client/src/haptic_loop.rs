@@ -16,7 +16,7 @@ use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::{GuideNews, HandSide};
 use crate::device::Device;
-use crate::pacing::{LoopRate, Pacing, wait_until};
+use crate::pacing::{LoopRate, Pacing, wait_for, wait_until};
 use crate::sound::Rub;
 
 /// Longest time that the histograms tell apart, ns: a second.
@@ -39,6 +39,8 @@ pub struct HapticLoop {
     last_centre: Option<Position>,
     /// The last turn, counted at the loop's rate.
     last_turn: u64,
+    /// Whether no tool was in the hand in the last turn, so that there is nothing to be felt.
+    is_empty: bool,
     felt: Felt,
     force_mn: Histogram<u64>,
 }
@@ -96,6 +98,7 @@ impl HapticLoop {
             last_stamp: None,
             last_centre: None,
             last_turn: 0,
+            is_empty: false,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
         }
@@ -194,7 +197,9 @@ impl HapticLoop {
         let reported = self.device.position(turn as f64 / turns * 1e-3).filter(|_| !self.side.status.is_lifted());
         // a tool that is still on its way to this hand is not in it
         let tool = self.device.tool();
-        (reported.filter(|_| self.hand.holds(tool)), tool, dt)
+        let reported = reported.filter(|_| self.hand.holds(tool));
+        self.is_empty = reported.is_none();
+        (reported, tool, dt)
     }
 
     fn let_go(&mut self) {
@@ -301,7 +306,8 @@ impl HapticLoop {
 
     /// Waits for the next deadline and keeps it.
     fn keep(&mut self, epoch: Instant, pacing: &mut Pacing, measured: &mut Measured) {
-        wait_until(epoch + pacing.deadline());
+        let wait = if self.is_empty { wait_for } else { wait_until };
+        wait(epoch + pacing.deadline());
         let begin = Instant::now();
         if pacing.is_tick() && pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
             self.side.status.note_late();

@@ -196,6 +196,14 @@ pub(crate) const fn whole_ticks(time: Duration) -> u64 {
     time.as_millis() as u64
 }
 
+/// Sleeps, and comes back late by as much as sleep does: for who has nothing in the hand that could feel it.
+pub(crate) fn wait_for(deadline: Instant) {
+    let left = deadline.saturating_duration_since(Instant::now());
+    if !left.is_zero() {
+        std::thread::sleep(left);
+    }
+}
+
 /// Sleeps for most of the wait and spins for the rest.
 pub(crate) fn wait_until(deadline: Instant) {
     let left = deadline.saturating_duration_since(Instant::now());

@@ -22,8 +22,11 @@ use crate::{Figures, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
-/// The same while nobody is connected.
+/// The same while nobody has said anything for a while, and while nobody is connected.
+const QUIET_EVERY: Duration = Duration::from_millis(8);
 const REST_EVERY: Duration = Duration::from_millis(50);
+/// How long nobody has said anything then.
+const QUIET_AFTER: Duration = Duration::from_secs(1);
 /// Falling behind by more than this is counted: a snapshot's period.
 const LATE_TICKS: u64 = 17;
 /// Ticks between two looks at what the lines lose.
@@ -75,7 +78,7 @@ impl Ticking {
         let mut wake = tokio::time::interval(WAKE_EVERY);
         wake.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
-        let mut is_resting = false;
+        let (mut every, mut heard_at) = (WAKE_EVERY, Instant::now());
         loop {
             tokio::select! {
                 // time before news, always, so that a run can be repeated from a seed
@@ -90,7 +93,8 @@ impl Ticking {
                     if count == 0 {
                         return;
                     }
-                    if is_resting {
+                    heard_at = Instant::now();
+                    if every > WAKE_EVERY {
                         // whoever comes finds the room at today's tick
                         self.advance();
                     }
@@ -106,11 +110,14 @@ impl Ticking {
                 }
             }
             self.transmit();
-            let was_resting = std::mem::replace(&mut is_resting, self.links.is_empty());
-            if is_resting {
-                wake.reset_after(REST_EVERY);
-            } else if was_resting {
-                wake.reset_after(WAKE_EVERY);
+            let before = every;
+            every = match heard_at.elapsed() > QUIET_AFTER {
+                _ if self.links.is_empty() => REST_EVERY,
+                true => QUIET_EVERY,
+                false => WAKE_EVERY,
+            };
+            if every > WAKE_EVERY || before > WAKE_EVERY {
+                wake.reset_after(every);
             }
         }
     }

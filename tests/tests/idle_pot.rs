@@ -60,7 +60,7 @@ fn tool_in_the_air_touches_no_element() {
     assert_eq!(asked_in_a_second(&[beside, above]), 2000);
 }
 
-/// Somebody sits at a turning wheel and does nothing: pulses go on, and nothing of the clay is in them.
+/// Somebody sits at a turning wheel and does nothing: pulses go on, after half a second a quarter as many, and nothing of the clay is in them.
 #[test]
 fn room_sends_nothing_of_a_pot_that_nobody_touches() {
     let mut room = Room::new(RoomConfig {
@@ -78,7 +78,7 @@ fn room_sends_nothing_of_a_pot_that_nobody_touches() {
     room.handle_control(PeerId(0), &reader.next_frame().unwrap().unwrap());
     let before = room.digest(0).unwrap();
     let mut pulses = 0;
-    for tick in 0..1000 {
+    for tick in 0..2500 {
         room.advance(Tick(tick));
         while let Some(transmit) = room.poll_transmit() {
             match transmit.lane {
@@ -92,6 +92,7 @@ fn room_sends_nothing_of_a_pot_that_nobody_touches() {
             }
         }
     }
-    assert!((58..=62).contains(&pulses), "{pulses} pulses in a second");
+    // thirty and some, and then fifteen a second
+    assert!((58..=64).contains(&pulses), "{pulses} pulses in two seconds and a half");
     assert_eq!(room.digest(0), Some(before));
 }

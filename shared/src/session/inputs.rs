@@ -157,6 +157,12 @@ impl InputQueue {
         self.queue.is_empty()
     }
 
+    /// Whether nothing waits and nothing has come since the slack was last asked for.
+    #[must_use]
+    pub fn is_quiet(&self) -> bool {
+        self.queue.is_empty() && self.slack.is_none()
+    }
+
     /// Worst slack since it was last asked for, in ticks; negative when a sample came late.
     pub const fn take_slack(&mut self) -> Option<i16> {
         self.slack.take()

@@ -146,6 +146,12 @@ impl Peer {
         Some(ToolWire { client, centre, tool: runs::shape_of(sample.tool, sample.orientation), touching })
     }
 
+    /// Whether there is something that this client alone has to be told soon.
+    #[must_use]
+    pub fn has_word(&self) -> bool {
+        self.teacher.is_some() || !self.inputs.is_quiet()
+    }
+
     /// The datagram for this client with a body that all share.
     pub fn pulse_head(&mut self) -> PulseHead {
         let (acknowledged, slack) = (self.inputs.acknowledged(), self.inputs.take_slack());

@@ -18,8 +18,11 @@ use crate::units::Tick;
 const LAST_WORDS: [u64; 3] = [2, 5, 9];
 /// Ways that are said again then, a third of a second.
 const LAST_WAYS: usize = 20;
-/// Pulses of which one goes out over a line that is full.
+/// Pulses of which one goes out over a line that is full, and of those that tell nothing.
 const RARELY: u64 = 4;
+/// Pulses after the last that had something to tell, from which on those that tell nothing go out rarely: half a second, in which all last
+/// words are said.
+const QUIET_AFTER: u64 = 30;
 /// Pulses between two digests, about a quarter of a second: of those that go out over any line.
 const DIGEST_EVERY: u64 = 16;
 
@@ -43,6 +46,7 @@ impl Bench {
         let pulse = self.pulses;
         let digest = pulse.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
         self.pulses += 1;
+        let is_quiet = pulse - self.news_at > QUIET_AFTER && tools.is_empty();
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
         let last_words = LAST_WORDS.contains(&(pulse - self.news_at)).then(|| {
@@ -58,6 +62,8 @@ impl Bench {
                 Telling::Every(every) => every,
                 Telling::Asked => RARELY,
             };
+            let has_word = seat.again_from.is_some() || seat.peer.has_word();
+            let every = if is_quiet && !has_word { every.max(RARELY) } else { every };
             if !pulse.is_multiple_of(every) {
                 continue;
             }
