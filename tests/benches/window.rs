@@ -20,7 +20,7 @@ const RESTS: Duration = Duration::from_secs(30);
 
 fn open(display: &Display) -> (Child, String) {
     let studio =
-        display.studio_that_logs(&["--listen", "127.0.0.1:0", "--mute"], "warn,pottery_studio=debug,winit=error");
+        display.studio_that_logs(&["--listen", "127.0.0.1:0", "--mute"], "warn,pottery_studio=debug,winit=error", &[]);
     let window = display.window(&[]);
     let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
     display.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);

@@ -80,15 +80,15 @@ impl Display {
     /// When it does not start.
     #[must_use]
     pub fn studio(&self, arguments: &[&str]) -> Child {
-        self.studio_that_logs(arguments, "warn,winit=error,pulseaudio=off")
+        self.studio_that_logs(arguments, "warn,winit=error,pulseaudio=off", &[])
     }
 
-    /// Starts it with a log of that filter, which goes to its standard error without colours.
+    /// Starts it with a log of that filter, which goes to its standard error without colours, and with variables of its environment.
     ///
     /// # Panics
     /// When it does not start.
     #[must_use]
-    pub fn studio_that_logs(&self, arguments: &[&str], filter: &str) -> Child {
+    pub fn studio_that_logs(&self, arguments: &[&str], filter: &str, variables: &[(&str, &str)]) -> Child {
         Command::new(program("pottery-studio"))
             .args(arguments)
             .env("DISPLAY", &self.name)
@@ -96,6 +96,7 @@ impl Display {
             .env("LC_ALL", "C.UTF-8")
             .env("RUST_LOG", filter)
             .env("NO_COLOR", "1")
+            .envs(variables.iter().copied())
             .env_remove("WAYLAND_DISPLAY")
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -3,6 +3,8 @@
 //! Owns the choice of adapter and what is asked of it; draws nothing.
 //! Invariant: no more is asked of a device than WebGL2 offers, except larger textures where it has them.
 
+use std::sync::{Arc, OnceLock};
+
 /// An opened graphics device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
@@ -11,6 +13,8 @@ pub struct Gpu {
     queue: wgpu::Queue,
     name: String,
     is_software: bool,
+    /// Why it draws no more.
+    lost: Arc<OnceLock<String>>,
 }
 
 /// Why no graphics device can be used.
@@ -52,7 +56,7 @@ impl Gpu {
     /// [`GpuError`] when there is none or it cannot be opened.
     pub fn headless() -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(Self::instance_descriptor());
-        pollster::block_on(Self::open(&instance, None))
+        pollster::block_on(Self::open(&instance, None, false))
     }
 
     /// Opens every adapter that there is, without a window; those that refuse are left out.
@@ -68,13 +72,26 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] when there is none or it cannot be opened.
     pub fn for_surface(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
-        pollster::block_on(Self::open(instance, Some(surface)))
+        pollster::block_on(Self::open(instance, Some(surface), false))
     }
 
-    async fn open(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
+    /// Opens one that draws with the processor and can show pictures on `surface`.
+    ///
+    /// # Errors
+    /// [`GpuError`] when there is none or it cannot be opened.
+    pub fn software_for_surface(instance: &wgpu::Instance, surface: &wgpu::Surface<'_>) -> Result<Self, GpuError> {
+        pollster::block_on(Self::open(instance, Some(surface), true))
+    }
+
+    async fn open(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+        force_fallback_adapter: bool,
+    ) -> Result<Self, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
             compatible_surface: surface,
+            force_fallback_adapter,
             ..Default::default()
         };
         let adapter = instance.request_adapter(&options).await.map_err(|source| GpuError::NoAdapter { source })?;
@@ -94,7 +111,25 @@ impl Gpu {
             .map_err(|source| GpuError::NoDevice { adapter: info.name.clone(), source })?;
         let is_software = info.device_type == wgpu::DeviceType::Cpu;
         let name = format!("{} ({})", info.name, info.backend);
-        Ok(Self { adapter, device, queue, name, is_software })
+        let lost = Arc::new(OnceLock::new());
+        let noted = Arc::clone(&lost);
+        device.set_device_lost_callback(move |reason, said| {
+            noted.get_or_init(|| if said.is_empty() { format!("{reason:?}") } else { said });
+        });
+        let noted = Arc::clone(&lost);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| match error {
+            // what is asked of a device that is gone cannot be right
+            _ if noted.get().is_some() => {}
+            wgpu::Error::Validation { .. } if cfg!(debug_assertions) => panic!("{error}"),
+            error => drop(noted.set(error.to_string())),
+        }));
+        Ok(Self { adapter, device, queue, name, is_software, lost })
+    }
+
+    /// Why it draws no more, once it was lost: its driver has ended, its card is gone, or its memory is full. Another has to be opened.
+    #[must_use]
+    pub fn lost(&self) -> Option<&str> {
+        self.lost.get().map(String::as_str)
     }
 
     /// The adapter, for asking what a surface can do on it.

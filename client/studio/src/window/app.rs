@@ -35,7 +35,7 @@ use super::labels;
 use super::lesson::{Lesson, Seen};
 use super::overlay::{self, Call, Overlay};
 use super::panel::{self, Guidance, History, Invitation, PanelState, People, Person, WETNESS, Wanted};
-use super::stage::{Picture, Stage};
+use super::stage::{Pace, Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
@@ -462,7 +462,22 @@ impl App {
         }
     }
 
+    /// Another device in the place of one that was lost: it begins with the clay as it is drawn.
+    fn renew_stage(&mut self) -> anyhow::Result<()> {
+        if let (Some(stage), Some(overlay)) = (&mut self.stage, &self.overlay)
+            && stage.is_lost()
+        {
+            stage.renew(self.potter.view().lock().picture.drawn(), overlay.letters())?;
+            stage.gpu().name().clone_into(&mut self.panel.adapter);
+            self.is_dirty = true;
+        }
+        Ok(())
+    }
+
     fn draw(&mut self) -> anyhow::Result<()> {
+        self.renew_stage()?;
+        // a panel that moves by itself is no cause to draw the pot less sharply
+        let pace = if self.scene_is_moving() { Pace::Moving } else { Pace::Still };
         let has_cause = !std::mem::take(&mut self.only_looks) || self.is_moving();
         let now = Instant::now();
         let seconds = (now - self.last_frame).as_secs_f32().min(0.2);
@@ -507,8 +522,8 @@ impl App {
             is_cut: self.is_cut,
         };
         let (panel, water) = (shapes.digest(), self.water.stamp());
-        if has_cause || panel != self.drawn_panel || water != self.drawn_water {
-            stage.draw(&Picture::Pot(&scene), shapes)?;
+        if has_cause || panel != self.drawn_panel || water != self.drawn_water || stage.is_coarse() {
+            stage.draw(&Picture::Pot(&scene), shapes, pace)?;
             (self.drawn_panel, self.drawn_water) = (panel, water);
             self.timing.drawn(self.drawn_tool_m);
         } else {
@@ -539,6 +554,11 @@ impl App {
 
     /// Whether a picture now would look different from the last one.
     fn is_moving(&self) -> bool {
+        self.scene_is_moving() || self.overlay.as_ref().is_some_and(Overlay::is_moving)
+    }
+
+    /// Whether it would by what a person did, or by what is on the wheel.
+    fn scene_is_moving(&self) -> bool {
         let view = self.potter.view().lock();
         self.is_dirty
             || !view.changed.is_empty()
@@ -546,7 +566,6 @@ impl App {
             || view.tools.iter().any(|tool| tool.client != view.number)
             || view.guidance.pair.is_some()
             || self.potter.status().tool_m() != self.drawn_tool_m
-            || self.overlay.as_ref().is_some_and(Overlay::is_moving)
     }
 }
 

@@ -24,7 +24,7 @@ use winit::window::WindowId;
 use super::app::colour;
 use super::frame;
 use super::overlay::{self, Call, Overlay};
-use super::stage::{Picture, Stage};
+use super::stage::{Pace, Picture, Stage};
 use super::tiles::Tiles;
 use crate::words::Words;
 
@@ -214,11 +214,25 @@ impl Looker {
         self.is_dirty |= is_news;
     }
 
+    /// Another device in the place of one that was lost; everything is shown to it anew.
+    fn renew_stage(&mut self) -> anyhow::Result<()> {
+        let (Some(stage), Some(overlay)) = (&mut self.stage, &self.overlay) else { return Ok(()) };
+        if stage.is_lost() {
+            stage.renew(&coarse_pot(), overlay.letters())?;
+            self.is_close_shown = false;
+            if self.close.is_none() {
+                self.show_all();
+            }
+        }
+        Ok(())
+    }
+
     fn draw(&mut self) -> anyhow::Result<()> {
         self.last_frame = Instant::now();
         if let Some(wish) = self.wish.take() {
             self.go(wish);
         }
+        self.renew_stage()?;
         self.look();
         let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
         let size = stage.window.inner_size();
@@ -252,14 +266,14 @@ impl Looker {
                 let tools: Vec<ToolView> = place.tools.iter().map(tool_view).collect();
                 let rack = &self.rack;
                 let scene = Scene { camera: self.camera, phase: place.phase, tools: &tools, rack, ..Scene::default() };
-                stage.draw(&Picture::Pot(&scene), shapes)?;
+                stage.draw(&Picture::Pot(&scene), shapes, Pace::Moving)?;
             }
             None => {
                 let sent: Vec<WheelView> =
                     self.places.iter().enumerate().map(|(at, place)| place.view(&tiles, at)).collect();
                 let wheels = if is_waiting { &[] } else { &sent[..] };
                 let scene = GalleryScene { camera: self.camera, wheels, wetness: Scene::default().wetness };
-                stage.draw(&Picture::Gallery(&scene), shapes)?;
+                stage.draw(&Picture::Gallery(&scene), shapes, Pace::Moving)?;
             }
         }
         self.is_dirty = self.wish.is_some();
@@ -428,7 +442,10 @@ impl ApplicationHandler<Call> for Looker {
         self.look();
         let Some(stage) = &self.stage else { return };
         let frame = frame(stage.gpu());
-        let is_moving = self.is_dirty || self.wish.is_some() || self.overlay.as_ref().is_some_and(Overlay::is_moving);
+        let is_moving = self.is_dirty
+            || stage.is_lost()
+            || self.wish.is_some()
+            || self.overlay.as_ref().is_some_and(Overlay::is_moving);
         let due = if is_moving { frame } else { FRAME_IDLE };
         let since = self.last_frame.elapsed();
         // who waits for wheels is told when they come or the studio has closed

@@ -72,6 +72,12 @@ impl Overlay {
         }
     }
 
+    /// All letters as they are drawn, for a painter that has none yet; those of a panel that was laid out before.
+    pub(super) fn letters(&self) -> egui::epaint::ImageDelta {
+        let image = self.context.fonts(|fonts| fonts.image());
+        egui::epaint::ImageDelta::full(image, egui::TextureOptions::LINEAR)
+    }
+
     /// Whether the panel is not done with what it shows.
     pub(super) fn is_moving(&self) -> bool {
         self.context.has_requested_repaint()

@@ -20,7 +20,7 @@ use winit::window::WindowId;
 use super::app::colour;
 use super::frame;
 use super::overlay::{self, Call, Overlay};
-use super::stage::{Picture, Stage};
+use super::stage::{Pace, Picture, Stage};
 use crate::replaying::{Session, seconds};
 use crate::words::Words;
 
@@ -47,6 +47,8 @@ pub(super) struct Player {
     drawn: Option<Tick>,
     last_frame: Instant,
     is_dirty: bool,
+    /// The next picture shows nothing new, only more sharply.
+    only_sharpens: bool,
     is_turning_view: bool,
     cursor: Vec2,
     failure: Option<anyhow::Error>,
@@ -69,6 +71,7 @@ impl Player {
             drawn: None,
             last_frame: now,
             is_dirty: true,
+            only_sharpens: false,
             is_turning_view: false,
             cursor: Vec2::ZERO,
             failure: None,
@@ -135,6 +138,9 @@ impl Player {
         self.last_frame = Instant::now();
         let tools = self.tools();
         let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
+        if stage.is_lost() {
+            stage.renew(self.session.playback.replay().pot(), overlay.letters())?;
+        }
         let words = &self.words;
         let (playback, replay) = (&self.session.playback, self.session.playback.replay());
         if self.drawn.replace(playback.tick()) != Some(playback.tick()) {
@@ -166,7 +172,7 @@ impl Player {
         });
         let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());
         let scene = Scene { camera: self.camera, phase, tools: &tools, rack, ..Scene::default() };
-        stage.draw(&Picture::Pot(&scene), shapes)?;
+        stage.draw(&Picture::Pot(&scene), shapes, if self.only_sharpens { Pace::Still } else { Pace::Moving })?;
         self.is_dirty = false;
         if is_playing != self.is_playing {
             self.play(is_playing);
@@ -268,12 +274,15 @@ impl ApplicationHandler<Call> for Player {
         let Some(stage) = &self.stage else { return };
         let frame = frame(stage.gpu());
         let is_moving = self.is_dirty
+            || stage.is_lost()
             || self.is_playing
             || self.wish_s.is_some()
             || self.overlay.as_ref().is_some_and(Overlay::is_moving);
         let due = if is_moving { frame } else { FRAME_IDLE };
         let since = self.last_frame.elapsed();
-        if is_moving && since >= due {
+        // at rest one picture more, with every pixel
+        if since >= due && (is_moving || stage.is_coarse()) {
+            self.only_sharpens = !is_moving;
             stage.window.request_redraw();
         }
         let wait = if since >= due { frame } else { frame.min(due - since) };

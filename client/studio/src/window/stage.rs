@@ -1,19 +1,22 @@
 //! What is drawn on: the window's surface, the pot's renderer and the panel's painter.
 //!
 //! Owns the graphics device; knows no people and no network.
-//! Invariant: the surface is configured to the window's size whenever that is not zero.
+//! Invariant: the surface is configured to the window's size whenever that is not zero, and a lost device costs a picture, not the window.
 
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
+
+/// Time after a loss in which another one is taken for the same fault.
+const AGAIN: Duration = Duration::from_secs(20);
 
 impl PanelShapes {
     /// A figure that is another when what is to be seen is another; textures that change are seen.
@@ -44,6 +47,15 @@ pub(super) enum Picture<'a> {
     Gallery(&'a GalleryScene<'a>),
 }
 
+/// Whether the next picture will be another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// It will: so this one has to be quick.
+    Moving,
+    /// It stays for a while: so it may take its time, and has every pixel of the window.
+    Still,
+}
+
 impl Painter {
     fn draw(
         &mut self,
@@ -63,27 +75,37 @@ impl Painter {
 /// Surface, device and painters of one window.
 pub(super) struct Stage {
     pub(super) window: Arc<Window>,
+    display: OwnedDisplayHandle,
     instance: wgpu::Instance,
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,
     gpu: Gpu,
     painter: Painter,
     sharpness: Sharpness,
+    /// Whether the last picture had fewer pixels than the window.
+    is_coarse: bool,
     panel: egui_wgpu::Renderer,
+    /// When devices were lost, of late.
+    losses: Vec<Instant>,
+    /// Pictures so far, and those after which the device is lost on purpose.
+    pictures: u64,
+    loses_after: Vec<u64>,
 }
 
-/// The panel's shapes for one picture.
-pub(super) struct PanelShapes {
-    pub(super) primitives: Vec<egui::ClippedPrimitive>,
-    pub(super) textures: egui::TexturesDelta,
-    pub(super) pixels_per_point: f32,
+/// A surface of a window, and a device that can draw on it.
+struct Opened {
+    instance: wgpu::Instance,
+    surface: wgpu::Surface<'static>,
+    gpu: Gpu,
+    configuration: wgpu::SurfaceConfiguration,
 }
 
-impl Stage {
-    pub(super) fn new(window: Arc<Window>, display: OwnedDisplayHandle, pot: &Pot) -> anyhow::Result<Self> {
-        let instance = wgpu::Instance::new(Gpu::instance_descriptor().with_display_handle(Box::new(display)));
-        let surface = instance.create_surface(Arc::clone(&window)).context("the window cannot be drawn on")?;
-        let gpu = Gpu::for_surface(&instance, &surface)?;
+impl Opened {
+    fn new(window: &Arc<Window>, display: &OwnedDisplayHandle, is_software: bool) -> anyhow::Result<Self> {
+        let instance = wgpu::Instance::new(Gpu::instance_descriptor().with_display_handle(Box::new(display.clone())));
+        let surface = instance.create_surface(Arc::clone(window)).context("the window cannot be drawn on")?;
+        let open = if is_software { Gpu::software_for_surface } else { Gpu::for_surface };
+        let gpu = open(&instance, &surface)?;
         let size = window.inner_size();
         let mut configuration = surface
             .get_default_config(gpu.adapter(), size.width.max(1), size.height.max(1))
@@ -95,11 +117,86 @@ impl Stage {
         }
         configuration.present_mode = wgpu::PresentMode::AutoVsync;
         configuration.desired_maximum_frame_latency = 1;
-        surface.configure(gpu.device(), &configuration);
-        let renderer = PotRenderer::new(&gpu, configuration.format, super::samples(&gpu), pot);
-        let painter = Painter::Pot(Box::new(renderer));
-        let panel = egui_wgpu::Renderer::new(gpu.device(), configuration.format, egui_wgpu::RendererOptions::default());
-        Ok(Self { window, instance, surface, configuration, gpu, painter, sharpness: Sharpness::default(), panel })
+        Ok(Self { instance, surface, gpu, configuration })
+    }
+
+    fn painter(&self, pot: &Pot) -> Painter {
+        let samples = super::samples(&self.gpu);
+        Painter::Pot(Box::new(PotRenderer::new(&self.gpu, self.configuration.format, samples, pot)))
+    }
+
+    fn panel(&self) -> egui_wgpu::Renderer {
+        let options = egui_wgpu::RendererOptions::default();
+        egui_wgpu::Renderer::new(self.gpu.device(), self.configuration.format, options)
+    }
+}
+
+/// The panel's shapes for one picture.
+pub(super) struct PanelShapes {
+    pub(super) primitives: Vec<egui::ClippedPrimitive>,
+    pub(super) textures: egui::TexturesDelta,
+    pub(super) pixels_per_point: f32,
+}
+
+impl Stage {
+    pub(super) fn new(window: Arc<Window>, display: OwnedDisplayHandle, pot: &Pot) -> anyhow::Result<Self> {
+        let opened = Opened::new(&window, &display, false)?;
+        opened.surface.configure(opened.gpu.device(), &opened.configuration);
+        let (painter, panel) = (opened.painter(pot), opened.panel());
+        let Opened { instance, surface, gpu, configuration } = opened;
+        let sharpness = Sharpness::default();
+        // for the tests, which cannot unplug a card
+        let asked = std::env::var("POTTERY_LOSE_DEVICE_AFTER").ok().filter(|_| cfg!(debug_assertions));
+        let loses_after = asked.iter().flat_map(|asked| asked.split(',')).filter_map(|number| number.parse().ok());
+        Ok(Self {
+            window,
+            display,
+            instance,
+            surface,
+            configuration,
+            gpu,
+            painter,
+            sharpness,
+            is_coarse: false,
+            panel,
+            losses: Vec::new(),
+            pictures: 0,
+            loses_after: loses_after.collect(),
+        })
+    }
+
+    /// Whether the device draws no more, so that [`Stage::renew`] has to follow.
+    pub(super) fn is_lost(&self) -> bool {
+        if let Err(error) = self.gpu.device().poll(wgpu::PollType::Poll) {
+            tracing::debug!(%error, "the device does not answer");
+        }
+        self.gpu.lost().is_some()
+    }
+
+    /// Opens another device in the place of a lost one, for `pot` and a panel with those `letters`: the best that there is, or the processor where
+    /// that was lost a moment ago.
+    ///
+    /// Fails with a sentence where there is none, or where even that is lost again.
+    pub(super) fn renew(&mut self, pot: &Pot, letters: egui::epaint::ImageDelta) -> anyhow::Result<()> {
+        let reason = self.gpu.lost().unwrap_or_default().to_owned();
+        self.losses.retain(|at| at.elapsed() < AGAIN);
+        self.losses.push(Instant::now());
+        let opened = match self.losses.len() {
+            1 => Opened::new(&self.window, &self.display, false),
+            2 => Opened::new(&self.window, &self.display, true),
+            _ => bail!("the graphics device was lost again and again, so that nothing can be drawn: {reason}"),
+        };
+        let opened = opened.with_context(|| format!("the graphics device was lost ({reason})"))?;
+        tracing::warn!("the graphics device was lost ({reason}), and {} draws on", opened.gpu.name());
+        self.painter = opened.painter(pot);
+        self.panel = opened.panel();
+        self.sharpness = Sharpness::default();
+        // what the window had of the old device goes before the new one is configured
+        let Opened { instance, surface, gpu, configuration } = opened;
+        (self.surface, self.instance, self.gpu, self.configuration) = (surface, instance, gpu, configuration);
+        self.surface.configure(self.gpu.device(), &self.configuration);
+        self.panel.update_texture(self.gpu.device(), self.gpu.queue(), egui::TextureId::default(), &letters);
+        Ok(())
     }
 
     pub(super) fn gpu(&self) -> &Gpu {
@@ -117,6 +214,11 @@ impl Stage {
             self.configuration.height = height;
             self.surface.configure(self.gpu.device(), &self.configuration);
         }
+    }
+
+    /// Whether the last picture had fewer pixels than the window, so that one that stays should take its place.
+    pub(super) const fn is_coarse(&self) -> bool {
+        self.is_coarse
     }
 
     /// Sends the clay that changed to the device.
@@ -163,7 +265,7 @@ impl Stage {
 
     /// Draws one picture; what cannot be drawn now is drawn next time.
     #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
-    pub(super) fn draw(&mut self, picture: &Picture<'_>, mut shapes: PanelShapes) -> anyhow::Result<()> {
+    pub(super) fn draw(&mut self, picture: &Picture<'_>, mut shapes: PanelShapes, pace: Pace) -> anyhow::Result<()> {
         for (id, deltas) in &shapes.textures.set {
             for delta in deltas {
                 self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
@@ -172,9 +274,17 @@ impl Stage {
         let free: Vec<_> = shapes.textures.free.iter().copied().collect();
         // all is taken care of, whether a picture comes of it or not
         shapes.textures.clear();
+        if self.is_lost() {
+            return Ok(());
+        }
         if let Some(texture) = self.next_texture()? {
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
             let size = (texture.texture.width(), texture.texture.height());
+            let share = if pace == Pace::Still { 1.0 } else { self.sharpness.share() };
+            if let Painter::Pot(painter) = &mut self.painter {
+                painter.set_share(share);
+                self.is_coarse = share < 1.0;
+            }
             let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             self.painter.draw(&mut encoder, &view, size, picture);
             let descriptor = egui_wgpu::ScreenDescriptor {
@@ -200,15 +310,20 @@ impl Stage {
             let submitted = Instant::now();
             queue.submit(buffers);
             if self.gpu.is_software() {
-                // it is this processor that would go on drawing in the background
-                device.poll(wgpu::PollType::wait_indefinitely())?;
-                self.sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
-                if let Painter::Pot(painter) = &mut self.painter {
-                    painter.set_share(self.sharpness.share());
+                // it is this processor that would go on drawing in the background; a device that is lost says so by itself
+                if let Err(error) = device.poll(wgpu::PollType::wait_indefinitely()) {
+                    tracing::debug!(%error, "no waiting for a picture");
+                }
+                if pace == Pace::Moving {
+                    self.sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
                 }
             }
             self.window.pre_present_notify();
             queue.present(texture);
+            self.pictures += 1;
+            if self.loses_after.contains(&self.pictures) {
+                self.gpu.device().destroy();
+            }
         }
         for id in &free {
             self.panel.free_texture(id);
