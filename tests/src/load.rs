@@ -17,4 +17,5 @@ pub mod result;
 pub mod run;
 pub mod schedule;
 pub mod soak;
+pub mod strangers;
 pub mod threshold;

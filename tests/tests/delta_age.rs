@@ -257,3 +257,62 @@ fn a_line_that_does_not_carry_all_changes_is_told_as_much_as_it_carries() {
         }
     }
 }
+
+/// Time from the first packet of somebody who comes to the clay that others have pressed, over a line with this delay a way.
+fn arrival(delay: Duration) -> Duration {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
+    runtime.block_on(async {
+        let network = Network::new(7);
+        let certificate = Certificate::fresh().unwrap();
+        let fingerprint = certificate.sha256();
+        let config = server_config(certificate).unwrap();
+        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
+        let server = Server::start_on(endpoint, &fingerprint, ServerConfig::default()).unwrap();
+        let opened = Instant::now();
+        let mut potter = Raw::join(&network, &server, 0, Quality::LAN, true, opened).await;
+        let untouched = potter.session.replica().digest();
+        while opened.elapsed() < Duration::from_secs(4) {
+            sleep(Duration::from_millis(1)).await;
+            let now = opened.elapsed();
+            let tick = Tick(0).offset(now.as_millis() as i64 + potter.session.tick_offset());
+            let (tool, orientation) = (Tool::default(), Orientation::default());
+            // and then they rest, so that there is one clay to have
+            if let Some(centre) = hand(0, now).filter(|_| now < Duration::from_secs(3)) {
+                potter.session.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
+            }
+            potter.step(now, |_| {}).await;
+        }
+        let pressed = potter.session.replica().digest();
+        assert_ne!(pressed, untouched);
+        let came = Instant::now();
+        let mut other = Raw::join(
+            &network,
+            &server,
+            1,
+            Quality { latency: delay, jitter: Duration::ZERO, ..Quality::LAN },
+            true,
+            opened,
+        )
+        .await;
+        while other.session.replica().digest() != pressed {
+            assert!(came.elapsed() < Duration::from_secs(10), "the clay never came");
+            sleep(Duration::from_millis(1)).await;
+            other.step(opened.elapsed(), |_| {}).await;
+        }
+        came.elapsed()
+    })
+}
+
+#[test]
+fn who_comes_has_the_clay_within_four_round_trips() {
+    for delay_ms in [1, 20, 100, 150] {
+        let delay = Duration::from_millis(delay_ms);
+        let took = arrival(delay);
+        println!(
+            "{delay_ms} ms a way: the clay after {took:?}, {:.1} round trips",
+            took.as_secs_f64() / 2.0 / delay.as_secs_f64()
+        );
+        // a pulse of the server is a sixtieth of a second, and a millisecond is what is looked at here
+        assert!(took <= 8 * delay + Duration::from_millis(20), "{delay_ms} ms a way: {took:?}");
+    }
+}

@@ -154,6 +154,24 @@ fn everybody_comes_again_after_the_network_was_away() {
 }
 
 #[test]
+fn strangers_who_try_codes_are_counted_and_the_class_works_on() {
+    let folder = folder("load-strangers");
+    let json = folder.join("run.json");
+    let mut arguments =
+        vec!["--spawn", "--scenario", "strangers", "--potters", "2", "--spectators", "4", "--wheels", "2"];
+    arguments.extend(["--strangers", "50", "--duration", "6", "--ramp", "0.5", "--warmup", "0.5", "--quiet"]);
+    arguments.extend(["--json", json.to_str().unwrap()]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let run = result(&json);
+    let strangers = run.strangers.as_ref().expect("they came");
+    assert!(strangers.knocks_per_s > 10.0, "{strangers:?}");
+    assert!(strangers.quiet_age_ms.count > 0 && strangers.besieged_age_ms.count > 0, "{strangers:?}");
+    assert_eq!((run.compared, run.broken, run.failed_joins), (6, 0, 0), "{:?}", run.said);
+}
+
+#[test]
 fn climb_ends_at_the_load_that_breaks_a_threshold_and_draws_it() {
     let folder = folder("load-knee");
     let (json, html) = (folder.join("knee.json"), folder.join("knee.html"));

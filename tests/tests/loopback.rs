@@ -166,6 +166,24 @@ async fn who_looks_on_sees_what_is_made_from_near_and_far() {
     server.stop().await;
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn whoever_gets_another_address_in_mid_stroke_keeps_seat_and_session() {
+    let server = Server::start(config()).unwrap();
+    let potter = join(&target(&server, 1), "waist").await;
+    let (before, number) = (potter.0.local_addr().unwrap(), potter.1.view().lock().number);
+    let pressed = |standing: &Standing| pressed_mm3(standing, 0);
+    let pressed_before = pressed(&standing_when(&server, "something is pressed", |now| pressed(now) > 200.0).await);
+    // from one network to another: the old socket is gone
+    potter.0.rebind(UdpSocket::bind((before.ip(), 0)).unwrap()).unwrap();
+    assert_ne!(potter.0.local_addr().unwrap().port(), before.port());
+    standing_when(&server, "more is pressed", |now| pressed(now) > pressed_before + 200.0).await;
+    assert_same_clay(&server, 0, &[&potter.1]).await;
+    let standing = server.standing().await.unwrap();
+    assert_eq!((standing.people, potter.1.view().lock().number), (1, number));
+    leave(vec![potter]).await;
+    server.stop().await;
+}
+
 /// A client without any of the client library's good manners.
 struct RawClient {
     _endpoint: quinn::Endpoint,

@@ -15,6 +15,8 @@ use hdrhistogram::Histogram;
 use pottery_shared::protocol::JoinCode;
 use serde::Deserialize;
 
+use super::plan::Plan;
+
 /// Why there is no server.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
@@ -85,14 +87,38 @@ pub struct Host {
 }
 
 impl Host {
-    /// Starts a server of so many wheels for so many people on this machine's loopback.
+    /// Starts a server for a plan on this machine's loopback; where strangers come, one that counts who knocks from this machine as
+    /// it would others, and lets all of its people in at once.
     ///
     /// # Errors
     /// [`HostError`].
-    pub fn spawn(program: &Path, wheels: u16, people: u32) -> Result<Self, HostError> {
-        let mut child = Command::new(program)
-            .args(["--listen", "127.0.0.1:0", "--figures", "1"])
-            .args(["--wheels", &wheels.to_string(), "--people", &people.max(1).to_string()])
+    pub fn spawn(program: &Path, plan: &Plan) -> Result<Self, HostError> {
+        let people = plan.people().max(1);
+        let mut command = Command::new(program);
+        command.args(["--listen", "127.0.0.1:0", "--figures", "1"]).args([
+            "--wheels",
+            &plan.wheels.to_string(),
+            "--people",
+            &people.to_string(),
+        ]);
+        // a file, which is read before the server says where it is
+        let strict = std::env::temp_dir().join(format!("pottery-load-test-{}.toml", std::process::id()));
+        if plan.strangers_per_s > 0 {
+            let arrivals = format!("[arrivals]\nexempts_loopback = false\nburst = {}\n", people.max(300));
+            let start = |source| HostError::Start { program: program.to_owned(), source };
+            std::fs::write(&strict, arrivals).map_err(start)?;
+            command.arg("--config").arg(&strict);
+        }
+        let spawned = Self::started(program, &mut command);
+        if plan.strangers_per_s > 0 {
+            // nobody reads it any more
+            drop(std::fs::remove_file(&strict));
+        }
+        spawned
+    }
+
+    fn started(program: &Path, command: &mut Command) -> Result<Self, HostError> {
+        let mut child = command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::inherit())

@@ -59,6 +59,9 @@ pub struct Plan {
     pub flap_every_s: f64,
     /// Every so often, everybody's connection breaks at once, s.
     pub storm_every_s: Option<f64>,
+    /// In the second half of the measured time strangers knock so often a second, with wrong codes and from one address; of a
+    /// server on this machine only.
+    pub strangers_per_s: u32,
 }
 
 impl Default for Plan {
@@ -81,6 +84,7 @@ impl Default for Plan {
             flapping_share: 0.0,
             flap_every_s: 5.0,
             storm_every_s: None,
+            strangers_per_s: 0,
         }
     }
 }
@@ -131,6 +135,8 @@ impl Plan {
     pub const PEOPLE_MAX: u32 = 4096;
     /// Most of them who press.
     pub const POTTERS_MAX: u32 = 512;
+    /// Most knocks of strangers, a second.
+    pub const STRANGERS_MAX: u32 = 10_000;
     /// Longest run, s.
     pub const DURATION_MAX_S: f64 = 86_400.0;
 
@@ -178,6 +184,7 @@ impl Plan {
         within("flapping_share", self.flapping_share, 0.0, 1.0)?;
         within("flap_every_s", self.flap_every_s, 1.0, 3600.0)?;
         within("storm_every_s", self.storm_every_s.unwrap_or(60.0), 1.0, 3600.0)?;
+        within("strangers_per_s", f64::from(self.strangers_per_s), 0.0, f64::from(Self::STRANGERS_MAX))?;
         Ok(self)
     }
 

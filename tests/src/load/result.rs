@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::figures::{Quantiles, Tally};
 use super::plan::Plan;
+use super::strangers::StrangerFigures;
 
 /// Version of the file's form.
 pub const SCHEMA: u32 = 1;
@@ -177,6 +178,9 @@ pub struct RunResult {
     pub generator_cpu_percent: Option<f64>,
     /// Its memory, MB.
     pub generator_memory_mb: Option<f64>,
+    /// What strangers did, where any came.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strangers: Option<StrangerFigures>,
     /// Second by second, warm-up included.
     pub seconds: Vec<Second>,
 }
@@ -225,6 +229,7 @@ impl RunResult {
             "broken" => self.broken as f64,
             "asked" => self.asked as f64,
             "unlike" => self.unlike as f64,
+            "strangers_age_ratio" => self.strangers.as_ref()?.age_ratio(),
             _ => return None,
         })
     }
@@ -274,6 +279,16 @@ impl RunResult {
                 server.dropped_datagrams,
                 server.resyncs,
                 server.refused_samples
+            ));
+        }
+        if let Some(strangers) = &self.strangers {
+            table.push_str(&format!(
+                "{:<28}{:.0} wrong codes a second; p99 age of clay {:.2} ms before and {:.2} ms under them, {:.2} times\n",
+                "strangers",
+                strangers.knocks_per_s,
+                strangers.quiet_age_ms.p99,
+                strangers.besieged_age_ms.p99,
+                strangers.age_ratio()
             ));
         }
         table.push_str(&format!(

@@ -23,6 +23,7 @@ use super::person::{Outcome, Person, Stage, Studio};
 use super::plan::{Plan, PlanError};
 use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigures, Verdict};
 use super::schedule::Punctuality;
+use super::strangers::{StrangerFigures, Strangers};
 use super::threshold::Threshold;
 
 /// People who share a socket.
@@ -98,7 +99,7 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     let plan = plan.checked()?;
     let load_before = host::machine().2;
     let spawned = match &options.against {
-        Against::Spawned(program) => Some(Host::spawn(program, plan.wheels, plan.people())?),
+        Against::Spawned(program) => Some(Host::spawn(program, &plan)?),
         Against::Running { .. } => None,
     };
     if let Some(host) = &spawned {
@@ -195,6 +196,9 @@ struct Watched<'a> {
     server_before: Option<(Usage, Told)>,
     generator_before: Option<Usage>,
     last: (Option<Usage>, Option<Usage>),
+    /// The age of clay before strangers came and since, and they.
+    ages: [Tally; 2],
+    strangers: Option<(Strangers, f64)>,
 }
 
 impl<'a> Watched<'a> {
@@ -237,10 +241,12 @@ impl<'a> Watched<'a> {
             server_memory_mb: None,
             generator_cpu_percent: None,
             generator_memory_mb: None,
+            strangers: None,
             seconds: Vec::new(),
         };
-        let (total, last) = (Tally::default(), (None, None));
-        Self { studio, options, spawned, total, result, server_before: None, generator_before: None, last }
+        let (total, last, ages) = (Tally::default(), (None, None), Default::default());
+        let (server_before, generator_before, strangers) = (None, None, None);
+        Self { studio, options, spawned, total, result, server_before, generator_before, last, ages, strangers }
     }
 
     /// Reads every second until the time is over, or a threshold is broken and that ends the run.
@@ -263,7 +269,12 @@ impl<'a> Watched<'a> {
                 self.generator_before = self.last.1;
                 self.server_before = self.last.0.zip(self.spawned.and_then(Host::told));
             }
+            let is_besieged = self.strangers.is_some();
+            self.let_strangers_come(at_s)?;
             let tally = self.studio.recorder.take();
+            if is_measured {
+                self.ages[usize::from(is_besieged)].add(&tally);
+            }
             joins.add(&tally.join_us).expect("all histograms have the same bounds");
             self.read(&tally, at_s, until_s, is_measured);
             if is_measured {
@@ -285,6 +296,18 @@ impl<'a> Watched<'a> {
         Ok(())
     }
 
+    /// Lets strangers knock from half of the measured time on.
+    fn let_strangers_come(&mut self, at_s: f64) -> Result<(), RunError> {
+        let plan = &self.studio.plan;
+        let is_time = at_s >= plan.ramp_s + plan.warmup_s + 0.5 * plan.duration_s;
+        if plan.strangers_per_s > 0 && is_time && self.strangers.is_none() {
+            let address = self.studio.address.clone();
+            let strangers = Strangers::come(address, plan.strangers_per_s).map_err(RunError::Threads)?;
+            self.strangers = Some((strangers, at_s));
+        }
+        Ok(())
+    }
+
     /// Whether a threshold that can be judged already is broken.
     fn breaks(&mut self) -> bool {
         self.summarise();
@@ -295,6 +318,13 @@ impl<'a> Watched<'a> {
     fn summarise(&mut self) {
         self.result.take_in(&self.total);
         let measured_s = self.result.measured_s;
+        if let Some((strangers, since_s)) = &self.strangers {
+            let plan = &self.studio.plan;
+            let knocked_s = measured_s + plan.ramp_s + plan.warmup_s - since_s;
+            let [quiet_age_ms, besieged_age_ms] = self.ages.each_ref().map(|ages| Quantiles::of(&ages.age_us, 1e-3));
+            let knocks_per_s = strangers.knocks() as f64 / knocked_s.max(1.0);
+            self.result.strangers = Some(StrangerFigures { knocks_per_s, quiet_age_ms, besieged_age_ms });
+        }
         let percent = |now: Option<Usage>, before: Option<Usage>| {
             now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / measured_s)
         };

@@ -69,7 +69,8 @@ pub const WITH_QUANTILES: [&str; 7] = [
     "server_wake_ms",
 ];
 /// Figures that are one number.
-pub const PLAIN: [&str; 9] = [
+pub const PLAIN: [&str; 10] = [
+    "strangers_age_ratio",
     "server_late_ticks",
     "server_cpu_percent",
     "server_memory_mb",

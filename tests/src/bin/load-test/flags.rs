@@ -104,6 +104,9 @@ pub(crate) struct RunFlags {
     /// Seconds that are measured
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
+    /// Wrong codes a second that strangers try in the second half, all from one address
+    #[arg(long, value_name = "PER_SECOND", conflicts_with = "beyond_loopback")]
+    strangers: Option<u32>,
     /// Seed of every roll of the dice
     #[arg(long)]
     seed: Option<u64>,
@@ -180,6 +183,7 @@ impl RunFlags {
         plan.ramp_s = self.ramp.unwrap_or(plan.ramp_s);
         plan.warmup_s = self.warmup.unwrap_or(plan.warmup_s);
         plan.duration_s = self.duration.unwrap_or(plan.duration_s);
+        plan.strangers_per_s = self.strangers.unwrap_or(plan.strangers_per_s);
         plan.seed = self.seed.unwrap_or(plan.seed);
         Ok(plan.checked()?)
     }
