@@ -19,6 +19,11 @@ use crate::device::Device;
 use crate::pacing::{LoopRate, Pacing, wait_for, wait_until};
 use crate::sound::Rub;
 
+/// Ticks of which one is done while there is nothing to be felt: a tool that comes is in the hand long before it is at the clay, and as far apart
+/// samples still make one stroke.
+const IDLE_TICKS: u64 = 4;
+/// Ticks in which a tool in the air has not moved, nor the clay, before that counts as nothing to be felt.
+const STILL_TICKS: u32 = 500;
 /// Longest time that the histograms tell apart, ns: a second.
 const NS_MAX: u64 = 1_000_000_000;
 /// Own samples replayed on a patch in one tick, besides the tick's own.
@@ -41,6 +46,8 @@ pub struct HapticLoop {
     last_turn: u64,
     /// Whether no tool was in the hand in the last turn, so that there is nothing to be felt.
     is_empty: bool,
+    /// Ticks for which the tool has been where it is, in the air, while the clay stood still.
+    still_ticks: u32,
     felt: Felt,
     force_mn: Histogram<u64>,
 }
@@ -99,6 +106,7 @@ impl HapticLoop {
             last_centre: None,
             last_turn: 0,
             is_empty: false,
+            still_ticks: 0,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
         }
@@ -205,7 +213,7 @@ impl HapticLoop {
     fn let_go(&mut self) {
         self.hand.put_down();
         self.felt = Felt::default();
-        self.last_centre = None;
+        (self.last_centre, self.still_ticks) = (None, 0);
     }
 
     /// Gives the force, unless the person wants none.
@@ -229,7 +237,7 @@ impl HapticLoop {
 
     /// What is felt of the clay by a tool that presses nothing.
     fn point(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
-        self.last_centre = None;
+        (self.last_centre, self.still_ticks) = (None, 0);
         let (force_n, elements) = self.feel(tick, tool, centre);
         Felt { force_n, elements, rub: Rub::default() }
     }
@@ -261,7 +269,10 @@ impl HapticLoop {
         let Contact { force_n, elements, penetration_m, .. } = self.hand.press(&sample);
         let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
-        let before = self.last_centre.replace(centre).unwrap_or(centre);
+        let last_centre = self.last_centre.replace(centre);
+        let is_still = elements == 0 && last_centre == Some(centre) && clay_velocity_m_s == Vec3::ZERO;
+        self.still_ticks = if is_still { self.still_ticks.saturating_add(1) } else { 0 };
+        let before = last_centre.unwrap_or(centre);
         let rub = if elements > 0 {
             let tool_velocity_m_s = (centre.point_m() - before.point_m()) / dt.0;
             let slip_m_s = clay_velocity_m_s.distance(tool_velocity_m_s);
@@ -306,7 +317,7 @@ impl HapticLoop {
 
     /// Waits for the next deadline and keeps it.
     fn keep(&mut self, epoch: Instant, pacing: &mut Pacing, measured: &mut Measured) {
-        let wait = if self.is_empty { wait_for } else { wait_until };
+        let wait = if self.is_idle() { wait_for } else { wait_until };
         wait(epoch + pacing.deadline());
         let begin = Instant::now();
         if pacing.is_tick() && pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
@@ -319,6 +330,15 @@ impl HapticLoop {
         self.turn(pacing.turn());
         measured.step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
         pacing.done(epoch.elapsed());
+        if self.is_idle() {
+            pacing.rest(IDLE_TICKS);
+        }
+    }
+
+    /// Whether there is nothing to be felt, and will be nothing in the next ticks: no tool in the hand, or one that has been held still in the air
+    /// for a while before clay that stands still as well.
+    const fn is_idle(&self) -> bool {
+        self.is_empty || self.still_ticks >= STILL_TICKS
     }
 }
 

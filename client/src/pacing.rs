@@ -89,6 +89,9 @@ impl FromStr for LoopRate {
 /// // the tick took until shortly before the fourth deadline: two went by, and the fourth is kept
 /// pacing.done(Duration::from_micros(3900));
 /// assert_eq!((pacing.turn(), pacing.missed()), (4, 2));
+/// // nobody is there to feel the next three
+/// pacing.rest(4);
+/// assert_eq!((pacing.turn(), pacing.missed()), (7, 2));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pacing {
@@ -139,6 +142,12 @@ impl Pacing {
         let (due, turns) = (self.rate.whole_turns(now).max(self.turn), self.rate.turns_a_tick());
         self.missed += due / turns - self.turn / turns;
         self.turn = due + 1;
+    }
+
+    /// Leaves out deadlines, so that the next turn is a tick and the so-manieth from here; they do not count as missed.
+    pub const fn rest(&mut self, ticks: u64) {
+        let turns = self.rate.turns_a_tick();
+        self.turn = (self.turn.div_ceil(turns) + ticks.saturating_sub(1)) * turns;
     }
 
     /// Ticks whose deadline went by while the loop was still at work.

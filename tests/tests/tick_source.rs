@@ -26,6 +26,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
         "client/src/haptic_loop.rs",
         &[
             "keep",
+            "is_idle",
             "turn",
             "tick",
             "follow_teacher",
@@ -43,7 +44,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     ),
     (
         "client/src/pacing.rs",
-        &["turn", "is_tick", "deadline", "lateness", "done", "turns_a_tick", "period", "whole_turns"],
+        &["turn", "is_tick", "deadline", "lateness", "done", "rest", "turns_a_tick", "period", "whole_turns"],
     ),
     (
         "client/src/boundary.rs",
