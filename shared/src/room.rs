@@ -409,7 +409,11 @@ impl Room {
     /// Takes in a datagram; one from a peer that was not let in is ignored.
     pub fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8]) {
         if let Some(&place) = self.places.get(&peer) {
-            self.benches[place].handle_datagram(peer, bytes, self.now);
+            let bench = &mut self.benches[place];
+            if let Some(have) = bench.handle_datagram(peer, bytes, self.now) {
+                self.counts.repeats += 1;
+                bench.say_again(peer, have, self.now, &mut self.outbox);
+            }
         }
     }
 

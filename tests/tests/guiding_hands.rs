@@ -66,7 +66,7 @@ impl Studio {
     }
 
     fn show(&mut self, peer: u64, hand: HandWire) {
-        let upload = Upload { inputs: Inputs { first: 0, runs: Vec::new() }, hand: Some(hand) };
+        let upload = Upload { inputs: Inputs { first: 0, runs: Vec::new() }, hand: Some(hand), again: None };
         self.room.handle_datagram(PeerId(peer), &protocol::encode(&upload));
     }
 

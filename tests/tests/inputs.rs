@@ -76,7 +76,7 @@ impl Studio {
     }
 
     fn send(&mut self, peer: PeerId, inputs: &Inputs) {
-        let upload = Upload { inputs: inputs.clone(), hand: None };
+        let upload = Upload { inputs: inputs.clone(), hand: None, again: None };
         self.room.handle_datagram(peer, &protocol::encode(&upload));
     }
 

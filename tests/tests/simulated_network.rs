@@ -6,8 +6,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use glam::Vec3;
@@ -16,8 +17,9 @@ use pottery_client::device::Device;
 use pottery_client::view::{Link, SharedView, View};
 use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
-use pottery_shared::clay::{Conditions, Phase, Pot, PotSpec, SubStep, Wheel};
+use pottery_shared::clay::{Conditions, Method, Phase, Pot, PotSpec, SubStep, Surface, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
+use pottery_shared::snapshot::{Author, Moment, SnapshotClock, Touched};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::{BurstLoss, Quality, Rate};
@@ -88,33 +90,39 @@ struct Studio {
     opened: Instant,
 }
 
-/// What the clay of a room takes from hands with nothing between them and it, mm³: each with how much later than its own
-/// clock the room's is.
-fn pressed_by_hand_mm3(hands: &[(Presser, i64)]) -> f64 {
-    let mut pot = Pot::new(PotSpec::default()).unwrap();
+/// Every sample that a hand makes: the ticks of the room that it stamps, with the times on its own clock, s.
+type Stamps = Arc<Mutex<Vec<(i64, f64)>>>;
+
+/// What the clay of a room takes from hands with nothing between them and it, mm³.
+fn pressed_by_hand_mm3(hands: &[(Presser, Stamps)]) -> f64 {
+    let spec = PotSpec { keeps_volume: Conditions::default().method.keeps_volume(), ..PotSpec::default() };
+    let mut pot = Pot::new(spec).unwrap();
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(WHEEL_SPEED));
     let conditions = Conditions { wheel, ..Conditions::default() };
     let mut step = SubStep::for_grid(PotSpec::default().shape);
-    let mut before = vec![None; hands.len()];
-    let last = hands.iter().map(|(hand, later_ms)| (hand.to_s * 1e3) as i64 + later_ms).max().unwrap();
+    // clay is rounded and grows at snapshots
+    let mut author = Author::new(&mut pot);
+    let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
+    let mut before: Vec<Option<ToolSample>> = vec![None; hands.len()];
+    let stamps: Vec<BTreeMap<i64, f64>> =
+        hands.iter().map(|(_, stamps)| stamps.lock().unwrap().iter().copied().collect()).collect();
+    let last = stamps.iter().filter_map(|stamps| Some(*stamps.last_key_value()?.0)).max().unwrap();
     for tick in 0..=last {
-        let sample = |&(hand, later_ms): &(Presser, i64)| {
-            let centre = Position::nearest(hand.at((tick - later_ms) as f64 * 1e-3)?).unwrap();
-            let tick = Tick(tick as u64);
-            Some(ToolSample {
-                tick,
-                tool: hand.tool(),
-                orientation: Orientation::default(),
-                centre,
-                side: Side::Outside,
-            })
-        };
-        let samples: Vec<Option<ToolSample>> = hands.iter().map(sample).collect();
-        let both = samples.iter().zip(&before);
-        let presses: Vec<_> =
-            both.filter_map(|(now, before)| Some(conditions.press(now.as_ref()?, before.as_ref()))).collect();
-        step.advance(&mut pot, &presses, conditions.method, |_, _| {});
-        before = samples;
+        let mut presses = Vec::new();
+        for (((hand, _), stamps), before) in hands.iter().zip(&stamps).zip(&mut before) {
+            let Some(&seconds) = stamps.get(&tick) else { continue };
+            let centre = Position::nearest(hand.at(seconds).unwrap()).unwrap();
+            let (tool, orientation, side) = (hand.tool(), Orientation::default(), Side::Outside);
+            let sample = ToolSample { tick: Tick(tick as u64), tool, orientation, centre, side };
+            presses.push(conditions.press(&sample, before.as_ref().filter(|before| sample.follows(before))));
+            *before = Some(sample);
+        }
+        if !presses.is_empty() {
+            step.advance(&mut pot, &presses, conditions.method, |surface, window| touched.add_window(surface, window));
+        }
+        if SnapshotClock::is_due(Tick(tick as u64)) {
+            author.publish_untold(&mut pot, &mut touched, Moment::default());
+        }
     }
     pot.pressed_m3() * 1e9
 }
@@ -131,6 +139,7 @@ struct Person {
     commands: mpsc::Sender<Command>,
     worker: JoinHandle<NetworkReport>,
     hand: JoinHandle<()>,
+    stamps: Stamps,
 }
 
 impl Studio {
@@ -160,13 +169,22 @@ impl Studio {
         let (from_s, to_s) = (welcomed.as_secs_f64() + press_s.start, welcomed.as_secs_f64() + press_s.end);
         let presser = Presser { number, from_s, to_s };
         let mut hand = HapticLoop::new(Box::new(presser), hand);
+        let (stamps, asked) = (Stamps::default(), Arc::clone(&status));
+        let made = Arc::clone(&stamps);
         let hand = tokio::spawn(async move {
             for local in welcomed.as_millis() as u32 + 1.. {
                 tokio::time::sleep_until(epoch + ms(1) * local).await;
+                let (stamp, seconds) = (i64::from(local) + asked.tick_offset(), f64::from(local) * 1e-3);
+                // a lead that goes back makes no sample twice
+                let mut made = made.lock().unwrap();
+                if presser.at(seconds).is_some() && made.last().is_none_or(|(last, _)| stamp > *last) {
+                    made.push((stamp, seconds));
+                }
+                drop(made);
                 hand.tick(u64::from(local));
             }
         });
-        Person { presser, address, endpoint, epoch, last_press, view, status, commands, worker, hand }
+        Person { presser, address, endpoint, epoch, last_press, view, status, commands, worker, hand, stamps }
     }
 
     /// How far ahead of the server's time the person's samples are stamped.
@@ -229,7 +247,7 @@ impl Studio {
             let view = person.view.lock();
             assert_eq!(view.picture.drawn().digest(), view.pot.digest(), "seed {seed}: {}", person.address);
         }
-        let hands: Vec<_> = people.iter().map(|person| (person.presser, person.view.lock().tick_offset)).collect();
+        let hands: Vec<_> = people.iter().map(|person| (person.presser, Arc::clone(&person.stamps))).collect();
         outcome.by_hand_mm3 = pressed_by_hand_mm3(&hands);
         for person in people {
             assert_eq!(person.status.lost_samples(), 0, "seed {seed}: {}", person.address);
@@ -280,6 +298,8 @@ struct Outcome {
     lost: u64,
     bytes: (u64, u64),
     settled_after: Duration,
+    /// The same since the last sample was due in the room: a hand stamps as far ahead as its line needs.
+    quiet_for: Duration,
     virtual_time: Duration,
 }
 
@@ -292,17 +312,22 @@ async fn press_together(seed: u64, people: u8, quality: Quality) -> Outcome {
     }
     // a few ways and repetitions
     let settled_after = studio.settle(&joined, (quality.latency + quality.jitter) * 12 + ms(1500)).await;
-    Outcome { settled_after, ..studio.close(joined).await }
+    let last = joined.iter().filter_map(|person| Some(person.stamps.lock().unwrap().last()?.0)).max().unwrap();
+    let quiet_for = studio.opened.elapsed().saturating_sub(ms(last as u64));
+    Outcome { settled_after, quiet_for, ..studio.close(joined).await }
 }
+
+/// What is pressed may differ from what hands press with nothing between, since late samples are pressed beside others' than
+/// those of their own tick: in 500 seeds by 0.29 % at most, and a third more. A tenth of a second of one hand of two would be 1.7 %.
+const LATE: f64 = 0.004;
 
 fn assert_same_clay(name: &str, people: u8, quality: Quality, seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let began = std::time::Instant::now();
         let outcome = in_virtual_time(press_together(seed, people, quality));
         println!("{name}, seed {seed}: {outcome:?}, {:.1} s", began.elapsed().as_secs_f64());
-        // one hand of three less would be a third; a line that steers the stamps moves hands some ms against each other
         let rest = outcome.pressed_mm3 / outcome.by_hand_mm3 - 1.0;
-        assert!(rest.abs() < 0.03 && outcome.by_hand_mm3 > 1_000.0, "{name}, seed {seed}: {outcome:?}");
+        assert!(rest.abs() < LATE && outcome.by_hand_mm3 > 1_000.0, "{name}, seed {seed}: {outcome:?}");
         // a sample that was lost comes a repetition (150 ms) and a way later; a lead above two of those has run away
         let way = quality.latency + quality.jitter;
         let lead_max = way * 3 + ms(2 * 150);
@@ -347,24 +372,32 @@ const BURSTS: Quality = Quality {
 /// `POTTERY_SEEDS=500` tries so many instead of a few.
 #[test]
 fn every_seed_of_a_line_that_loses_in_bursts_ends_with_the_same_clay_soon_after_the_last_press() {
-    let seeds = std::env::var("POTTERY_SEEDS").map_or(4, |seeds| seeds.parse().unwrap());
-    let mut settled: Vec<_> = (0..seeds)
-        .map(|seed| {
-            let outcome = in_virtual_time(press_together(1000 + seed, 2, BURSTS));
-            let rest = outcome.pressed_mm3 / outcome.by_hand_mm3 - 1.0;
-            assert!(rest.abs() < 0.03 && outcome.by_hand_mm3 > 1_000.0, "seed {seed}: {outcome:?}");
-            (outcome.settled_after, seed)
-        })
-        .collect();
-    settled.sort_unstable();
-    let at = |share: f64| settled[((settled.len() - 1) as f64 * share) as usize];
-    println!(
-        "{seeds} seeds: settled after p50 {:?}, p90 {:?}, p99 {:?}, at most {:?}",
-        at(0.5),
-        at(0.9),
-        at(0.99),
-        at(1.0)
-    );
+    let seeds = std::env::var("POTTERY_SEEDS").map_or(8, |seeds| seeds.parse().unwrap());
+    let (mut from_hand, mut from_room) = (Vec::new(), Vec::new());
+    let mut late = 0.0_f64;
+    for seed in 0..seeds {
+        let outcome = in_virtual_time(press_together(1000 + seed, 2, BURSTS));
+        let rest = outcome.pressed_mm3 / outcome.by_hand_mm3 - 1.0;
+        assert!(rest.abs() < LATE && outcome.by_hand_mm3 > 1_000.0, "seed {seed}: {outcome:?}");
+        late = late.max(rest.abs());
+        // two ways and back after the last sample was pressed
+        assert!(outcome.quiet_for <= ms(400), "seed {seed}: {outcome:?}");
+        from_hand.push((outcome.settled_after, seed));
+        from_room.push((outcome.quiet_for, seed));
+    }
+    for (name, mut settled) in [("the hand's last sample", from_hand), ("the room's last press", from_room)] {
+        settled.sort_unstable();
+        let at = |share: f64| settled[((settled.len() - 1) as f64 * share) as usize];
+        let within = settled.iter().filter(|(after, _)| *after <= ms(400)).count();
+        println!(
+            "{seeds} seeds: settled after {name} p50 {:?}, p90 {:?}, p99 {:?}, at most {:?}; {within} within 400 ms",
+            at(0.5),
+            at(0.9),
+            at(0.99),
+            at(1.0)
+        );
+    }
+    println!("pressed otherwise than with nothing between by {:.2} % at most", late * 100.0);
 }
 
 /// Twice the same packets at the same times, to the last sample. What TLS rolls by itself only changes sizes: a signature

@@ -279,7 +279,7 @@ fn hand() -> impl Strategy<Value = Option<HandWire>> {
 }
 
 fn upload() -> impl Strategy<Value = Upload> {
-    (inputs(), hand()).prop_map(|(inputs, hand)| Upload { inputs, hand })
+    (inputs(), hand(), any::<Option<u32>>()).prop_map(|(inputs, hand, again)| Upload { inputs, hand, again })
 }
 
 fn retelling() -> impl Strategy<Value = Retelling> {

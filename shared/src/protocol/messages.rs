@@ -453,6 +453,8 @@ pub struct Upload {
     pub inputs: Inputs,
     /// Where its hand is, while it guides another.
     pub hand: Option<HandWire>,
+    /// The version held whole, while what leads on from there is missing: as [`Request::Again`], and said until it has come.
+    pub again: Option<u32>,
 }
 
 /// The part of a server's datagram that is for one client.

@@ -43,6 +43,10 @@ const TELL_EVERY: u64 = 10;
 const CATCH_UP_MAX: usize = 8;
 /// Ticks after which a resting tool is no longer shown.
 const TOOL_SHOWN_TICKS: i64 = 500;
+/// Ticks after which somebody is told again who says with every datagram that something is missing: what was pressed is short,
+/// and tiles are not.
+const AGAIN_TICKS_RETOLD: i64 = 40;
+const AGAIN_TICKS: i64 = 150;
 /// Most tools told of in a pulse.
 const TOOLS_MAX: usize = 30;
 
@@ -56,6 +60,8 @@ struct Seat {
     works: bool,
     /// What it missed and asked for: everything newer than this version.
     again_from: Option<Version>,
+    /// When it was last told again because a datagram asked for it.
+    again_at: Option<Tick>,
     telling: Telling,
     /// From which version it was last told by a keyframe, and when.
     answered: Option<(u32, Tick)>,
@@ -221,6 +227,7 @@ impl Bench {
             retells,
             works: true,
             again_from: None,
+            again_at: None,
             telling: Telling::Every(1),
             answered: None,
             told_of: [self.author.latest(); 2],
@@ -258,10 +265,16 @@ impl Bench {
         }
     }
 
-    pub(super) fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8], now: Tick) {
-        if let Some(seat) = self.seats.get_mut(&peer) {
-            seat.peer.handle_datagram(bytes, now, self.substep.tools().len());
-        }
+    /// Takes in samples; the version from which the peer wants to be told again, if it misses something and was not told just now.
+    pub(super) fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8], now: Tick) -> Option<u32> {
+        let seat = self.seats.get_mut(&peer)?;
+        let again = seat.peer.handle_datagram(bytes, now, self.substep.tools().len())?;
+        let every = if seat.retells { AGAIN_TICKS_RETOLD } else { AGAIN_TICKS };
+        let is_time = seat.again_at.is_none_or(|at| now.since(at) >= every);
+        is_time.then(|| {
+            seat.again_at = Some(now);
+            again
+        })
     }
 
     /// Whether a request of a peer may be answered; see [`Peer::may_ask`].

@@ -58,6 +58,11 @@ pub struct Client {
     acknowledged: u32,
     progress_at: Duration,
     repeated_at: Duration,
+    /// When samples were sent, and when some of them were new.
+    sent_at: Duration,
+    news_sent_at: Duration,
+    /// When it last asked to be told again.
+    asked_at: Duration,
     round_trip: Duration,
     behind: Option<Behind>,
     mismatches: u64,
@@ -82,18 +87,26 @@ pub struct Client {
 /// That newer clay is known of than can be come to.
 #[derive(Clone, Copy, Debug)]
 struct Behind {
+    /// From when on it asks to be told again, and whether it has.
     ask_at: Duration,
-    /// How often it has asked.
-    times: u32,
+    has_asked: bool,
+    /// When it asks for a keyframe.
+    resync_at: Duration,
 }
 
 impl Client {
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
+    /// How long, and how often, a hand's last samples are said again when no others follow that would carry them: a burst of losses
+    /// ends, and who waits for an answer waits a way and back.
+    const LAST_FOR: Duration = Duration::from_millis(100);
+    const LAST_EVERY: Duration = Duration::from_millis(10);
     /// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
     const AGAIN_AFTER: Duration = Duration::from_millis(40);
-    /// Times that it asks to be told again before it asks for a keyframe.
+    /// Round trips, and somewhat, in which it asks to be told again before it asks for a keyframe.
     const AGAIN_MAX: u32 = 3;
+    /// Time between two datagrams that say nothing else than that.
+    const AGAIN_EVERY: Duration = Duration::from_millis(20);
     /// Time beside the round trip after which a keyframe is asked for, since saying it again did not help.
     const RESYNC_AFTER: Duration = Duration::from_millis(200);
 
@@ -148,6 +161,9 @@ impl Client {
             acknowledged: 0,
             progress_at: Duration::ZERO,
             repeated_at: Duration::ZERO,
+            sent_at: Duration::ZERO,
+            asked_at: Duration::ZERO,
+            news_sent_at: Duration::ZERO,
             round_trip,
             behind: None,
             mismatches: 0,
@@ -520,22 +536,25 @@ impl Client {
         }
     }
 
-    /// Asks for what stays missing, when it is time: to be told again, then for a keyframe.
+    /// Sees to it that what stays missing comes: it asks to be told again with every datagram, and then for a keyframe.
     fn ask(&mut self, now: Duration) {
-        let Behind { ask_at, times } = *self.behind.get_or_insert(Behind { ask_at: now + Self::AGAIN_AFTER, times: 0 });
-        if now < ask_at {
-            return;
-        }
-        let have = self.replica.version();
-        let patience = if times < Self::AGAIN_MAX {
+        let patience = Self::AGAIN_AFTER + (self.round_trip + Self::AGAIN_AFTER * 2) * Self::AGAIN_MAX;
+        let fresh = Behind { ask_at: now + Self::AGAIN_AFTER, resync_at: now + patience, has_asked: false };
+        let behind = self.behind.get_or_insert(fresh);
+        if now >= behind.ask_at && !behind.has_asked {
+            behind.has_asked = true;
             self.repeats += 1;
-            self.request(&Request::Again { have: have.0 });
-            self.round_trip + Self::AGAIN_AFTER * 2
-        } else {
-            self.resync(have);
-            (self.round_trip + Self::RESYNC_AFTER) * 3
-        };
-        self.behind = Some(Behind { ask_at: now + patience, times: times + 1 });
+        }
+        if now >= behind.resync_at {
+            behind.resync_at = now + (self.round_trip + Self::RESYNC_AFTER) * 3;
+            self.resync(self.replica.version());
+        }
+    }
+
+    /// The version from which it wants to be told again.
+    fn again(&self, now: Duration) -> Option<u32> {
+        let is_late = self.behind.is_some_and(|behind| now >= behind.ask_at) && !self.mending.is_waiting();
+        is_late.then_some(self.replica.version().0)
     }
 
     fn traveller(&self) -> Traveller {
@@ -625,8 +644,14 @@ impl Client {
     pub fn poll_datagram(&mut self, now: Duration) -> Option<Vec<u8>> {
         let inputs = self.poll_inputs(now);
         let hand = self.hand.take();
-        let nothing = || hand.map(|_| Inputs { first: self.unsent, runs: Vec::new() });
-        Some(protocol::encode(&Upload { inputs: inputs.or_else(nothing)?, hand }))
+        let again = self.again(now);
+        let asks = again.is_some() && now.saturating_sub(self.asked_at) >= Self::AGAIN_EVERY;
+        let nothing = || (hand.is_some() || asks).then(|| Inputs { first: self.unsent, runs: Vec::new() });
+        let inputs = inputs.or_else(nothing)?;
+        if again.is_some() {
+            self.asked_at = now;
+        }
+        Some(protocol::encode(&Upload { inputs, hand, again }))
     }
 
     fn poll_inputs(&mut self, now: Duration) -> Option<Inputs> {
@@ -634,6 +659,11 @@ impl Client {
         let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
         let silent_since = self.progress_at.max(self.repeated_at);
         let anything_unsent = (newest.wrapping_sub(self.unsent) as i32) >= 0;
+        if anything_unsent {
+            self.news_sent_at = now;
+        }
+        let is_last = now.saturating_sub(self.news_sent_at) <= Self::LAST_FOR
+            && now.saturating_sub(self.sent_at) >= Self::LAST_EVERY;
         let start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
             self.repeated_at = now;
             self.redundancy.handle_silence(now);
@@ -647,9 +677,12 @@ impl Client {
             } else {
                 self.unsent.wrapping_sub(self.redundancy.samples(now).min(behind_oldest as u32))
             }
+        } else if is_last {
+            oldest
         } else {
             return None;
         };
+        self.sent_at = now;
         let skip = start.wrapping_sub(oldest) as usize;
         let (inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
         let end = start.wrapping_add(count);

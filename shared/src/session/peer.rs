@@ -93,15 +93,20 @@ impl Peer {
     }
 
     /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`; refusals are counted.
-    pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick, tools: usize) {
+    /// The version from which it wants to be told again, if it misses something.
+    pub fn handle_datagram(&mut self, bytes: &[u8], now: Tick, tools: usize) -> Option<u32> {
         match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Upload>(bytes) {
-            Ok(Upload { inputs, hand }) => {
+            Ok(Upload { inputs, hand, again }) => {
                 self.inputs.handle_inputs(&inputs, now, tools);
                 // datagrams overtake each other
                 let is_newest = |hand: &HandWire| self.hand.is_none_or(|known| hand.tick > known.tick);
                 self.hand = hand.filter(|hand| is_newest(hand) && hand_of(0, hand).is_some()).or(self.hand);
+                again
             }
-            Err(_) => self.inputs.count_malformed(),
+            Err(_) => {
+                self.inputs.count_malformed();
+                None
+            }
         }
     }
 

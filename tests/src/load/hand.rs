@@ -183,7 +183,7 @@ impl Hand {
         if end.wrapping_sub(self.unsent) as i32 > 0 {
             self.unsent = end;
         }
-        Some(protocol::encode(&Upload { inputs, hand: None }))
+        Some(protocol::encode(&Upload { inputs, hand: None, again: None }))
     }
 
     /// Takes in how much time samples had to spare.

@@ -15,15 +15,17 @@ use crate::units::Tick;
 
 /// Snapshots after which a keyframe is made anew for those who come: a quarter of a second.
 const WHOLE_VERSIONS_MAX: u32 = 15;
-/// Ticks that a keyframe may take over a line that is full before it is sent once more.
-const ANSWER_TICKS: i64 = 1000;
+/// Ticks that a keyframe may take before it is sent once more, and over a line that is full.
+const ANSWER_TICKS: i64 = 300;
+const ANSWER_TICKS_FULL: i64 = 1000;
 
 impl Bench {
     /// Answers a request for a keyframe, unless the answer to the same one is still on its way over a line that is full.
     pub(in crate::room) fn answer_resync(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
         let Some(seat) = self.seats.get_mut(&peer) else { return };
-        let is_coming = |(from, at): (u32, Tick)| from == have && now.since(at) < ANSWER_TICKS;
-        if seat.telling == Telling::Asked && have > 0 && seat.answered.is_some_and(is_coming) {
+        let answer_ticks = if seat.telling == Telling::Asked { ANSWER_TICKS_FULL } else { ANSWER_TICKS };
+        let is_coming = |(from, at): (u32, Tick)| from == have && now.since(at) < answer_ticks;
+        if have > 0 && seat.answered.is_some_and(is_coming) {
             return;
         }
         seat.answered = Some((have, now));

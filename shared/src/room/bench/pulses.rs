@@ -16,6 +16,8 @@ use crate::units::Tick;
 /// Pulses after the last that had something to tell, in which that and what led to it is said again over a line that loses: then
 /// there is room, and what is still missed has to be asked for otherwise.
 const LAST_WORDS: [u64; 3] = [2, 5, 9];
+/// The same for what was pressed, which is so short that it is said with every pulse: a burst of losses ends.
+const LAST_WORDS_RETOLD: core::ops::RangeInclusive<u64> = 2..=9;
 /// Ways that are said again then, a third of a second.
 const LAST_WAYS: usize = 20;
 /// Pulses of which one goes out over a line that is full, and of those that tell nothing.
@@ -49,10 +51,11 @@ impl Bench {
         let is_quiet = pulse - self.news_at > QUIET_AFTER && tools.is_empty();
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
-        let last_words = LAST_WORDS.contains(&(pulse - self.news_at)).then(|| {
-            let oldest = self.ways.get(self.ways.len().saturating_sub(LAST_WAYS));
-            oldest.map_or(self.author.latest(), |way| Version(way.version.0 - 1))
-        });
+        let since_news = pulse - self.news_at;
+        let is_last_word =
+            |retells| if retells { LAST_WORDS_RETOLD.contains(&since_news) } else { LAST_WORDS.contains(&since_news) };
+        let oldest = self.ways.get(self.ways.len().saturating_sub(LAST_WAYS));
+        let last_words = oldest.map_or(self.author.latest(), |way| Version(way.version.0 - 1));
         // many get the same
         let mut encoded: BTreeMap<(bool, Version), Vec<Vec<u8>>> = BTreeMap::new();
         for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
@@ -75,10 +78,8 @@ impl Bench {
             };
             let head = seat.peer.pulse_head();
             seat.told_of = [self.author.latest(), last];
-            let usual = match last_words {
-                Some(from) if seat.peer.loses(tick) && seat.telling == Telling::Every(1) => from.min(usual),
-                _ => usual,
-            };
+            let repeats = is_last_word(seat.retells) && seat.peer.loses(tick) && seat.telling == Telling::Every(1);
+            let usual = if repeats { last_words.min(usual) } else { usual };
             let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
             let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
                 let newer = self.ways.iter().filter(|way| way.version > from);
