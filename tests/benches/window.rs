@@ -1,4 +1,5 @@
-//! What a window costs and how quick it is: the first picture, a pointer's way into the picture, and a studio at rest.
+//! What a window costs and how quick it is: the first picture, a pointer's way into the picture, a studio at rest, and what pictures do
+//! to the hand beside them.
 //!
 //! Runs the studio on a virtual display and reads what it logs and what the system counts of its threads. Drawn by the processor where
 //! there is no card: these are then the figures of the automatic mode.
@@ -7,15 +8,16 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
-use std::process::Child;
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use pottery_tests::display::{Display, SIZE};
+use pottery_tests::programs::{folder, program};
 
 /// Starts that are timed, movements of the pointer, and how long a studio rests: longer than its clay is seen to dry.
 const STARTS: usize = 5;
 const MOVES: usize = 60;
-const DRIES: Duration = Duration::from_secs(270);
+const DRIES: Duration = Duration::from_secs(240);
 const RESTS: Duration = Duration::from_secs(30);
 
 fn open(display: &Display) -> (Child, String) {
@@ -27,6 +29,21 @@ fn open(display: &Display) -> (Child, String) {
     display.run("xdotool", &["windowmove", "--sync", &window, "0", "0", "windowfocus", &window]);
     std::thread::sleep(Duration::from_secs(2));
     (studio, window)
+}
+
+/// Turns of a hand that is measured without pictures and with them, and how long each is.
+const TURNS: usize = 3;
+const HAND_S: &str = "8";
+
+/// What the hand's own bench says of late ticks, beside a server, and with pictures drawn or without.
+fn late(has_pictures: bool) -> String {
+    let out = folder("window-hand");
+    let mut hand = Command::new(program("pottery-studio"));
+    hand.args(["haptics", "--bench", "--server", "--seconds", HAND_S, "--out"]).arg(&out);
+    let said = hand.args(has_pictures.then_some("--renderer")).output().expect("the studio was built");
+    fs::remove_dir_all(&out).expect("what the bench wrote can be removed");
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    said.lines().find(|line| line.starts_with("late ")).unwrap_or("no figures").to_owned()
 }
 
 /// Closes it; the figures of every line that says `what`, by their names.
@@ -114,4 +131,9 @@ fn main() {
     }
     println!("  {:<16} {total:5.2} %", "together");
     close(&display, &window, studio, "first picture");
+
+    println!("a hand at a server's wheel, in turns:");
+    for (turn, has_pictures) in (0..TURNS).flat_map(|turn| [(turn, false), (turn, true)]) {
+        println!("  {turn} {:<16} {}", if has_pictures { "with pictures" } else { "without" }, late(has_pictures));
+    }
 }
