@@ -144,7 +144,7 @@ impl Pacing {
         self.turn = due + 1;
     }
 
-    /// Leaves out deadlines, so that the next turn is a tick and the so-manieth from here; they do not count as missed.
+    /// Leaves out deadlines, so that the next turn is the tick `ticks` later; they do not count as missed.
     pub const fn rest(&mut self, ticks: u64) {
         let turns = self.rate.turns_a_tick();
         self.turn = (self.turn.div_ceil(turns) + ticks.saturating_sub(1)) * turns;

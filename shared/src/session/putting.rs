@@ -43,12 +43,14 @@ pub enum PutError {
 /// use pottery_shared::clay::{Form, GridShape, PotSpec};
 /// use pottery_shared::session::fitted;
 /// use pottery_shared::snapshot::PotRecord;
+/// use pottery_shared::units::Metres;
 ///
 /// let wheel = PotSpec { keeps_volume: true, ..PotSpec::default() };
 /// let finer = PotSpec { shape: GridShape::new(720, 800)?, ..wheel };
 /// let bowl = PotRecord::of(&Form::Bowl.of_clay_of(finer)?);
 /// assert_eq!(fitted(&bowl, &wheel)?.spec().shape, wheel.shape);
-/// assert!(fitted(&bowl, &PotSpec { wall: finer.wall / 2.0, ..wheel }).is_err());
+/// let thinner = PotSpec { wall: Metres::from_mm(4.0), ..wheel };
+/// assert!(fitted(&bowl, &thinner).is_err());
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 ///
