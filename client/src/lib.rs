@@ -26,6 +26,7 @@ pub mod stroke;
 pub mod tool_file;
 mod transport;
 pub mod view;
+mod way_back;
 mod worker;
 
 pub use pottery_files::{pot_file, whole_file};

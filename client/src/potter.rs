@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use pottery_shared::protocol::{Hello, Purpose};
-use pottery_shared::session::{Client, greeting};
+use pottery_shared::protocol::Purpose;
+use pottery_shared::session::Client;
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 
@@ -18,7 +18,8 @@ use crate::connection::{self, JoinError, Target};
 use crate::device::Device;
 use crate::pacing::whole_ticks;
 use crate::view::{SharedView, View};
-use crate::worker::{WayBack, Worker};
+use crate::way_back::{WayBack, greet};
+use crate::worker::Worker;
 use crate::{Command, HapticLoop, HapticReport, NetworkReport};
 
 /// How a person works.
@@ -69,8 +70,8 @@ impl Seat {
     /// [`JoinError`] with a sentence for the person.
     pub async fn take(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Result<Self, JoinError> {
         let epoch = tokio::time::Instant::now();
-        let (code, purpose) = (target.code.room().to_owned(), Purpose::Works { retells: true });
-        let greeting = greeting(&Hello { code, wheel: target.wheel, purpose, pass: target.pass() });
+        let purpose = Purpose::Works { retells: true };
+        let greeting = greet(target, purpose, target.pass());
         let open = |answer: &[u8], round_trip| Client::open(answer, epoch.elapsed().as_millis() as u64, round_trip);
         let (joined, session) = connection::join(endpoint, target, &greeting, open).await?;
         let view = SharedView::new(&session);
@@ -78,10 +79,8 @@ impl Seat {
         let status = Arc::clone(&hand.status);
         let (commands, received) = mpsc::channel(64);
         view.lock().fingerprint = joined.fingerprint;
-        // whoever comes back comes back to the same server
-        let target = Target { known: target.known.or(joined.fingerprint), ..target.clone() };
-        let way_back = WayBack::new(endpoint.clone(), target, epoch);
-        let worker = Worker::new((joined, session), net_side, view.clone(), received, way_back, options.record);
+        let way_back = WayBack::new(endpoint.clone(), target, purpose, joined.fingerprint);
+        let worker = Worker::new((joined, session, epoch), net_side, view.clone(), received, way_back, options.record);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

@@ -19,7 +19,6 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
 
-pub(crate) use self::coming_back::WayBack;
 use crate::boundary::NetSide;
 use crate::connection::Joined;
 use crate::guiding::{GuideCommand, Guiding};
@@ -27,6 +26,7 @@ use crate::remote_hands::RemoteHands;
 use crate::streams::{Arrival, Streams, closed_or_lost};
 use crate::stroke::StrokeRecorder;
 use crate::view::{Link, SharedView};
+use crate::way_back::WayBack;
 
 /// How often samples are fetched from the hand.
 const FETCH_EVERY: Duration = Duration::from_millis(5);
@@ -127,9 +127,9 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Takes over a welcomed connection.
+    /// Takes over a welcomed connection; local tick n is due n milliseconds after the epoch.
     pub(crate) fn new(
-        (joined, session): (Joined, Client),
+        (joined, session, epoch): (Joined, Client, Instant),
         side: NetSide,
         view: SharedView,
         commands: mpsc::Receiver<Command>,
@@ -161,7 +161,7 @@ impl Worker {
             hands: RemoteHands::default(),
             guiding: Guiding::default(),
             commands,
-            epoch: way_back.epoch,
+            epoch,
             joined_at: Instant::now(),
             outgoing,
             arriving,

@@ -4,6 +4,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::fs;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::process::Child;
@@ -137,4 +138,47 @@ fn a_wheel_that_there_is_not_is_refused_and_one_that_there_is_is_shown_alone() {
     display.run("xdotool", &["key", "Escape"]);
     assert!(ended(studio));
     runtime.block_on(server.stop());
+}
+
+#[test]
+fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_is_whoever_works() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let start = |listen| {
+        let code = Some("K7QM-3XPD".parse().unwrap());
+        runtime.block_on(async { Server::start(ServerConfig { listen, code, ..ServerConfig::default() }) }).unwrap()
+    };
+    let first = start(SocketAddr::from(([127, 0, 0, 1], 0)));
+    let listen = first.address();
+    let target = Target::new(listen.to_string(), "K7QM-3XPD".parse().unwrap(), 1);
+    let works = ["join", &target.address, "--code", "K7QM-3XPD"];
+    let looks = [&works[..], &["--watch", "spectator"]].concat();
+    let displays = [Display::new(), Display::new()];
+    let kept = displays.each_ref().map(|display| display.preferences().with_file_name("known-studios.toml"));
+    let close = |display: &Display| {
+        display.run("xdotool", &["windowfocus", &display.window(&[]), "key", "--delay", "100", "Escape"]);
+    };
+    for ((display, kept), arguments) in displays.iter().zip(&kept).zip([&works[..], &looks]) {
+        let studio = display.studio(arguments);
+        let deadline = Instant::now() + PATIENCE;
+        while !fs::read_to_string(kept).is_ok_and(|text| text.contains(&target.address)) {
+            assert!(Instant::now() < deadline, "{arguments:?}: the key is not kept");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        close(display);
+        assert!(ended(studio), "{arguments:?}");
+    }
+    runtime.block_on(first.stop());
+    let second = start(listen);
+    for ((display, kept), arguments) in displays.iter().zip(&kept).zip([&works[..], &looks]) {
+        let before = fs::read_to_string(kept).unwrap();
+        let output = display.studio(arguments).wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains("another key"), "{arguments:?}: {said}");
+        assert_eq!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: forgotten without a word");
+        let studio = display.studio(&[arguments, &["--trust-new-key"]].concat());
+        close(display);
+        assert!(ended(studio), "{arguments:?}");
+        assert_ne!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: the new key is not kept");
+    }
+    runtime.block_on(second.stop());
 }

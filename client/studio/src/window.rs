@@ -160,6 +160,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         let endpoint = pottery_client::endpoint()?;
         Onlooker::join(&endpoint, &session.target, WATCH_BYTES_PER_S).await
     })?;
+    known::note(&session.target, onlooker.fingerprint());
     let alone = match session.detail {
         Detail::Spectator | Detail::Retold => Some(session.target.wheel),
         Detail::Gallery => None,

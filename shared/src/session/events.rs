@@ -25,6 +25,9 @@ pub enum ClientError {
     /// The pot the server describes cannot be made.
     #[error("the server's pot cannot be made: {0}")]
     Pot(String),
+    /// Whoever came back found another studio than was left.
+    #[error("the studio has other pots or wheels now: join it anew")]
+    Otherwise,
     /// A tool that the server announces cannot be made.
     #[error("the server's tool {shape} cannot be made: {fault}")]
     Tool {

@@ -20,6 +20,7 @@ use crate::clay::{MethodKind, Pot};
 use crate::protocol::{self, Hello, Keyframe, NewsWire, Notice, Pass, Purpose, Request, Sight, SightName};
 use crate::snapshot::Detail;
 use crate::tool::ConvexTool;
+use crate::units::Tick;
 
 /// What there is of one wheel.
 #[derive(Debug, Default)]
@@ -27,6 +28,8 @@ struct Place {
     shown: Option<Watched>,
     /// At another detail, not yet whole.
     coming: Option<Watched>,
+    /// What another connection showed, until there is something of this one.
+    past: Option<Watched>,
     /// What everybody there was told, for who looks closely.
     setting: Option<Setting>,
 }
@@ -117,6 +120,25 @@ impl Watcher {
         self.is_closing
     }
 
+    /// Goes on where the session of another connection ended: what that looked at is asked for anew, and shown as it was until it
+    /// has come. That session sees nothing afterwards.
+    ///
+    /// # Errors
+    /// [`ClientError::Otherwise`] when the studio has other pots or wheels now; nothing was taken then.
+    pub fn go_on_from(&mut self, before: &mut Self, now: Duration) -> Result<(), ClientError> {
+        if (*before.pot.spec(), before.method, before.wheels) != (*self.pot.spec(), self.method, self.wheels) {
+            return Err(ClientError::Otherwise);
+        }
+        (self.before, self.keeps_up) = (before.counts(), before.keeps_up);
+        for (wheel, Place { shown, coming, past, .. }) in core::mem::take(&mut before.places) {
+            let details = [&coming, &shown, &past].map(|sight| sight.as_ref().map(Watched::detail));
+            let Some(detail) = details.into_iter().flatten().next() else { continue };
+            self.places.entry(wheel).or_default().past = shown.or(past);
+            self.watch(wheel, detail, now);
+        }
+        Ok(())
+    }
+
     /// Begins to watch a wheel, or watches it at another detail from now on: what there is of it is shown until the new sight
     /// is whole. Who does not keep up with [`Detail::Retold`] gets [`Detail::Spectator`], until it is tried again.
     pub fn watch(&mut self, wheel: u16, detail: Detail, now: Duration) {
@@ -185,12 +207,20 @@ impl Watcher {
     /// A wheel as it is seen, once there is something to see.
     #[must_use]
     pub fn sight(&self, wheel: u16) -> Option<&Watched> {
-        self.places.get(&wheel)?.shown.as_ref()
+        let place = self.places.get(&wheel)?;
+        place.shown.as_ref().or(place.past.as_ref())
     }
 
     /// The same, to take what changed.
     pub fn sight_mut(&mut self, wheel: u16) -> Option<&mut Watched> {
-        self.places.get_mut(&wheel)?.shown.as_mut()
+        let place = self.places.get_mut(&wheel)?;
+        place.shown.as_mut().or(place.past.as_mut())
+    }
+
+    /// The newest tick of which anything was heard on this connection.
+    #[must_use]
+    pub fn tick(&self) -> Option<Tick> {
+        self.places.values().filter_map(|place| place.shown.as_ref()).map(Watched::tick).max()
     }
 
     /// The convex tools of a wheel that is looked at closely, by their number; none before they were told of.
@@ -292,13 +322,14 @@ impl Watcher {
     fn catch_up(&mut self, name: SightName, now: Duration) {
         let round_trip = self.round_trip;
         let Some(place) = self.places.get_mut(&name.wheel) else { return };
-        let Place { shown, coming, setting } = place;
+        let Place { shown, coming, past, setting } = place;
         let watched = shown.iter_mut().chain(coming.iter_mut()).find(|sight| sight.name() == name);
         let Some(watched) = watched else { return };
         let request = watched.catch_up(setting.as_mut(), now, round_trip);
         let is_unlike = request.is_some() && watched.counts().unlike > 0;
         let gone = coming.take_if(|coming| coming.is_whole()).and_then(|mut come| {
             come.note_all_changed();
+            *past = None;
             shown.replace(come)
         });
         if let Some(request) = request {

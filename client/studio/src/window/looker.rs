@@ -10,6 +10,7 @@ use egui::{Align2, RichText};
 use glam::Vec2;
 use pottery_client::Onlooker;
 use pottery_client::render::{Camera, GalleryScene, Scene, ToolView, WheelView};
+use pottery_client::view::Link;
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface};
 use pottery_shared::session::{RemoteTool, Watched};
 use pottery_shared::snapshot::{Detail, Touched};
@@ -64,9 +65,12 @@ pub(super) struct Looker {
     is_close_shown: bool,
     /// The person wants to see this wheel closely, or all of them again.
     wish: Option<Option<u16>>,
-    /// By how much the server's ticks are ahead of the own milliseconds, as the quickest word had it.
+    /// By how much the server's ticks are ahead of the own milliseconds, as the quickest word had it, of this connection.
     started: Instant,
     ahead: Option<i64>,
+    link: Link,
+    /// Whether nothing was heard on this connection yet, which may be to a server that has counted anew.
+    is_anew: bool,
     last_frame: Instant,
     is_dirty: bool,
     is_turning_view: bool,
@@ -96,6 +100,8 @@ impl Looker {
             wish: None,
             started: now,
             ahead: None,
+            link: Link::Open,
+            is_anew: true,
             last_frame: now,
             is_dirty: true,
             is_turning_view: false,
@@ -177,16 +183,23 @@ impl Looker {
 
     /// Takes in what there is of every wheel; what has changed is drawn next.
     fn look(&mut self) {
+        let link = self.onlooker.link();
+        self.is_anew |= link != Link::Open;
+        self.is_dirty |= self.link != link;
+        self.link = link;
         let Some(stage) = &mut self.stage else { return };
         let passed = self.started.elapsed().as_millis() as i64;
         let (places, close) = (&mut self.places, self.close);
-        let (is_close_shown, ahead, rack) = (&mut self.is_close_shown, &mut self.ahead, &mut self.rack);
+        let (is_close_shown, rack) = (&mut self.is_close_shown, &mut self.rack);
+        let (ahead, is_anew) = (&mut self.ahead, &mut self.is_anew);
         let wheels = places.len();
         let mut is_news = false;
         let camera = &mut self.camera;
         self.onlooker.look(|watcher, _| {
-            let ticks = places.iter().filter_map(|place| Some(watcher.sight(place.wheel)?.tick().0 as i64 - passed));
-            *ahead = ticks.chain(*ahead).max();
+            if let Some(heard) = watcher.tick().map(|tick| tick.0 as i64 - passed) {
+                *ahead = Some(heard).max(ahead.filter(|_| !*is_anew));
+                *is_anew = false;
+            }
             // tools that people bring hang in the rack of their wheel
             if let Some(known) = close.and_then(|wheel| watcher.rack(wheel))
                 && !Arc::ptr_eq(&known, rack)
@@ -237,7 +250,7 @@ impl Looker {
         let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else { return Ok(()) };
         let size = stage.window.inner_size();
         let tiles = Tiles::of(self.places.len(), size.width.max(1) as f32 / size.height.max(1) as f32);
-        let (words, places, is_over) = (&self.words, &self.places, self.onlooker.is_over());
+        let (words, places, link) = (&self.words, &self.places, &self.link);
         let (close, is_alone) = (self.close.filter(|_| self.is_close_shown), self.is_alone);
         let is_waiting = places.iter().all(|place| !place.is_sent) && close.is_none();
         let mut wish = None;
@@ -250,12 +263,17 @@ impl Looker {
                     wish = wish.or(tiles.show(context, name).map(|number| Some(places[number].wheel)));
                 }
             }
-            let said = if is_over { Some("closed") } else { is_waiting.then_some("waiting-for-wheels") };
+            let said = match link {
+                Link::Open => is_waiting.then(|| words.say("waiting-for-wheels")),
+                Link::ComingBack(_) => Some(words.say("looking-again")),
+                Link::Closed => Some(words.say("closed")),
+                Link::Lost(reason) => Some(reason.clone()),
+            };
             if let Some(said) = said {
                 egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.0, 24.0]).show(
                     context,
                     |ui| {
-                        ui.label(RichText::new(words.say(said)).strong());
+                        ui.label(RichText::new(said).strong());
                     },
                 );
             }

@@ -218,6 +218,7 @@ replay-play = Abspielen
 wheel-number = Scheibe { $number }
 all-wheels = Alle Scheiben (Esc)
 waiting-for-wheels = warte auf die Scheiben …
+looking-again = die Verbindung ist abgebrochen; gleich ist wieder etwas zu sehen …
 ## Leute und Unterricht
 
 nicknames = Otter, Reiher, Dachs, Fink, Biber, Rotkehlchen, Hase, Eule, Fuchs, Schwan, Luchs, Kranich, Marder, Drossel, Robbe, Storch, Igel, Elster, Eichhörnchen, Falke, Haselmaus, Regenpfeifer, Maulwurf, Zaunkönig, Molch, Star, Kröte, Kuckuck, Lachs, Segler, Forelle, Lerche, Hecht, Häher, Karpfen, Rabe, Barsch, Taube, Aal, Birkhuhn, Biene, Wachtel, Motte, Möwe, Grille, Seeschwalbe, Käfer, Adler, Schnecke, Milan, Fledermaus, Schwalbe, Elch, Kleiber, Wisent, Specht, Wolf, Eisvogel, Bär, Spatz, Steinbock, Grasmücke, Hermelin, Zeisig

@@ -218,6 +218,7 @@ replay-play = Play
 wheel-number = wheel { $number }
 all-wheels = All wheels (Esc)
 waiting-for-wheels = waiting for the wheels …
+looking-again = the connection broke; looking again …
 ## People and the lesson
 
 nicknames = otter, heron, badger, finch, beaver, robin, hare, owl, fox, swan, lynx, crane, marten, thrush, seal, stork, hedgehog, magpie, squirrel, falcon, dormouse, plover, mole, wren, newt, starling, toad, cuckoo, salmon, swift, trout, lark, pike, jay, carp, raven, perch, dove, eel, grouse, bee, quail, moth, gull, cricket, tern, beetle, eagle, snail, kite, bat, swallow, elk, nuthatch, bison, woodpecker, wolf, kingfisher, bear, sparrow, ibex, warbler, stoat, siskin
