@@ -4,7 +4,7 @@
 //! and samples go over the boundary.
 //! Invariant: on any fault the force is zero within the tick.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -16,12 +16,9 @@ use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::{GuideNews, HandSide};
 use crate::device::Device;
-use crate::pacing::{LoopRate, Pacing, wait_for, wait_until};
+use crate::pacing::{LoopRate, Pacing, Spin, wait_for};
 use crate::sound::Rub;
 
-/// Ticks of which one is done while there is nothing to be felt: a tool that comes is in the hand long before it is at the clay, and as far apart
-/// samples still make one stroke.
-const IDLE_TICKS: u64 = 4;
 /// Ticks in which a tool in the air has not moved, nor the clay, before that counts as nothing to be felt.
 const STILL_TICKS: u32 = 500;
 /// Longest time that the histograms tell apart, ns: a second.
@@ -37,6 +34,7 @@ pub struct HapticLoop {
     hand: Hand,
     haptics: Haptics,
     rate: LoopRate,
+    spin: Spin,
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
@@ -77,6 +75,8 @@ pub struct HapticReport {
     pub missed_ticks: u64,
     /// Samples lost because the ring was full.
     pub lost_samples: u64,
+    /// Part of a wait that was spun at the end, since sleep ends late on this machine.
+    pub spun: Duration,
     /// Time from one tick's begin to the next one's, ns.
     pub period_ns: Histogram<u64>,
     /// Time a tick took, ns.
@@ -90,6 +90,11 @@ fn histogram(highest: u64) -> Histogram<u64> {
 }
 
 impl HapticLoop {
+    /// Ticks of which one is done while there is nothing to be felt: a tool that comes is in the hand long before it is at the clay, and as far
+    /// apart samples still make one stroke. A hand that starts from rest with an acceleration a comes no deeper before it is felt than
+    /// ½·a·(4·T)² = 2·v·T, with a tick T and its speed v by then, which is what a contact may jump by at any time.
+    pub const IDLE_TICKS: u64 = 4;
+
     /// A hand with `device` on its side of the boundary.
     #[must_use]
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
@@ -100,6 +105,7 @@ impl HapticLoop {
             hand,
             haptics,
             rate: LoopRate::default(),
+            spin: Spin::default(),
             side,
             catching_up: false,
             last_stamp: None,
@@ -309,6 +315,7 @@ impl HapticLoop {
             late_ticks: self.side.status.late_ticks(),
             missed_ticks: pacing.missed(),
             lost_samples: self.side.status.lost_samples(),
+            spun: self.spin.part(),
             period_ns: measured.period_ns,
             step_ns: measured.step_ns,
             force_mn: self.force_mn,
@@ -317,8 +324,12 @@ impl HapticLoop {
 
     /// Waits for the next deadline and keeps it.
     fn keep(&mut self, epoch: Instant, pacing: &mut Pacing, measured: &mut Measured) {
-        let wait = if self.is_idle() { wait_for } else { wait_until };
-        wait(epoch + pacing.deadline());
+        let deadline = epoch + pacing.deadline();
+        if self.is_idle() {
+            wait_for(deadline)
+        } else {
+            self.spin.wait_until(deadline)
+        }
         let begin = Instant::now();
         if pacing.is_tick() && pacing.lateness(begin.saturating_duration_since(epoch)) > Pacing::LATE {
             self.side.status.note_late();
@@ -331,13 +342,14 @@ impl HapticLoop {
         measured.step_ns.saturating_record(begin.elapsed().as_nanos() as u64);
         pacing.done(epoch.elapsed());
         if self.is_idle() {
-            pacing.rest(IDLE_TICKS);
+            pacing.rest(Self::IDLE_TICKS);
         }
     }
 
     /// Whether there is nothing to be felt, and will be nothing in the next ticks: no tool in the hand, or one that has been held still in the air
-    /// for a while before clay that stands still as well.
-    const fn is_idle(&self) -> bool {
+    /// for a while before clay that stands still as well. Then [`HapticLoop::run`] does one tick of [`HapticLoop::IDLE_TICKS`].
+    #[must_use]
+    pub const fn is_idle(&self) -> bool {
         self.is_empty || self.still_ticks >= STILL_TICKS
     }
 }

@@ -37,7 +37,7 @@ pub use finding::{FindError, Found, find};
 pub use haptic_loop::{HapticLoop, HapticReport};
 pub use link::{Link, LinkError};
 pub use onlooker::{Onlooker, WatchReport};
-pub use pacing::{IdleLoop, LoopRate, LoopRateError, Pacing};
+pub use pacing::{IdleLoop, LoopRate, LoopRateError, Pacing, Spin};
 pub use potter::{Potter, PotterOptions, PotterReport, Seat};
 pub use streams::{Arrival, Streams};
 pub use transport::{client_config, endpoint};

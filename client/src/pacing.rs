@@ -1,15 +1,21 @@
 //! When ticks are due: absolute deadlines, slept for and then spun for.
 //!
-//! Owns the way from one deadline to the next; knows no tick's work and, but for [`wait_until`], no clock.
+//! Owns the way from one deadline to the next; knows no tick's work and, but for [`Spin`], no clock.
 //! Invariant: no tick begins before its deadline, and a deadline that went by is counted and never made up for.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// Part of the wait that is spun, since sleep wakes up late by about this much: by its timer slack of 50 µs and the
+/// Part of the wait that is spun at first, since sleep wakes up late by about this much: by its timer slack of 50 µs and the
 /// scheduler's own time, or by the latter alone where the slack can be had away.
 const SPIN: Duration = Duration::from_micros(if cfg!(target_os = "linux") { 60 } else { 120 });
+/// Longest part that is spun: a quarter of a core. What is later than that has other reasons than sleep.
+const SPIN_MAX: Duration = Duration::from_micros(250);
+/// What is spun longer after a sleep that ended past the deadline, and shorter after one that did not: when one sleep of 10,000 ends too late,
+/// both come to the same.
+const LONGER: Duration = Duration::from_nanos(30_000);
+const SHORTER: Duration = Duration::from_nanos(3);
 
 /// How often a second a hand's loop goes round: so many times a tick. The clay and the network keep to ticks; between them the
 /// device is read, the clay felt and the force given anew.
@@ -174,9 +180,9 @@ impl IdleLoop {
     pub fn keep(rate: LoopRate, time: Duration) -> Self {
         let epoch = Instant::now();
         let mut pacing = Pacing::after(Duration::ZERO, rate);
-        let mut kept = Self::default();
+        let (mut kept, mut spin) = (Self::default(), Spin::default());
         while pacing.deadline() < time {
-            wait_until(epoch + pacing.deadline());
+            spin.wait_until(epoch + pacing.deadline());
             let now = epoch.elapsed();
             if pacing.is_tick() {
                 kept.ticks += 1;
@@ -213,13 +219,62 @@ pub(crate) fn wait_for(deadline: Instant) {
     }
 }
 
-/// Sleeps for most of the wait and spins for the rest.
-pub(crate) fn wait_until(deadline: Instant) {
-    let left = deadline.saturating_duration_since(Instant::now());
-    if left > SPIN {
-        std::thread::sleep(left - SPIN);
+/// Waits by sleep for the most part and spins for the rest, which is as long as this machine's sleep needs: a virtual one wakes up late by twice a
+/// real one's time.
+///
+/// The part follows the quantile of how late sleep ends that one sleep of 10,000 passes, by stochastic approximation (H. Robbins and S. Monro,
+/// "A stochastic approximation method", Ann. Math. Statist. 22, 1951), within bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spin {
+    part: Duration,
+}
+
+impl Default for Spin {
+    fn default() -> Self {
+        Self { part: SPIN }
     }
-    while Instant::now() < deadline {
-        std::hint::spin_loop();
+}
+
+impl Spin {
+    /// The part of a wait that is spun.
+    #[must_use]
+    pub const fn part(&self) -> Duration {
+        self.part
+    }
+
+    /// A sleep ended past the deadline by so much, or by nothing; one that no spinning could have caught says nothing.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    /// use pottery_client::Spin;
+    ///
+    /// let mut spin = Spin::default();
+    /// let first = spin.part();
+    /// (0..3).for_each(|_| spin.slept(Duration::from_micros(50)));
+    /// assert_eq!(spin.part(), first + Duration::from_micros(90));
+    /// (0..10_000).for_each(|_| spin.slept(Duration::ZERO));
+    /// assert_eq!(spin.part(), first + Duration::from_micros(60));
+    /// spin.slept(Duration::from_millis(3));
+    /// assert_eq!(spin.part(), first + Duration::from_micros(60));
+    /// ```
+    pub fn slept(&mut self, past: Duration) {
+        let part = match past {
+            Duration::ZERO => self.part.saturating_sub(SHORTER),
+            past if past <= SPIN_MAX => self.part + LONGER,
+            _ => return,
+        };
+        self.part = part.clamp(SPIN, SPIN_MAX);
+    }
+
+    /// Waits.
+    pub(crate) fn wait_until(&mut self, deadline: Instant) {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left > self.part {
+            std::thread::sleep(left - self.part);
+            self.slept(Instant::now().saturating_duration_since(deadline));
+        }
+        while Instant::now() < deadline {
+            std::hint::spin_loop();
+        }
     }
 }

@@ -80,7 +80,10 @@ impl Bench {
 
     fn with_stages(specs: DeviceSpecs, method: MethodKind, stages: Stages) -> Self {
         let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(60.0)));
-        let conditions = Conditions { wheel, method, ..Conditions::default() };
+        Self::at_clay(specs, Conditions { wheel, method, ..Conditions::default() }, stages)
+    }
+
+    fn at_clay(specs: DeviceSpecs, conditions: Conditions, stages: Stages) -> Self {
         let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
         let (side, net) = boundary(&Patch { field, conditions, rack: rack::standard() });
         let held = Arc::new(Mutex::new(Held::default()));
@@ -254,6 +257,50 @@ fn handing_over_clay_allocates_nothing() {
     source.advance(Tick(100));
     target.advance(Tick(100));
     assert!(source.pot() == target.pot());
+}
+
+/// A hand that starts from rest this far from still clay with this acceleration, m and m/s²: what it feels, tick by tick from the start on.
+fn starting(gap_m: f32, acceleration_m_s2: f32, from: u64, rests: bool) -> (Vec<(u64, f32)>, Vec<f32>) {
+    let mut bench = Bench::at_clay(STRONG, Conditions::default(), Stages::EXACT);
+    let rest_m = Vec3::new(PotSpec::default().radius.0 + Sphere::default().radius().0 + gap_m, 0.0, 0.1);
+    let mut felt = Vec::new();
+    while bench.local < from + 25 {
+        if rests && bench.hand.is_idle() {
+            bench.local += HapticLoop::IDLE_TICKS - 1;
+        }
+        let seconds = (bench.local + 1).saturating_sub(from) as f32 * 1e-3;
+        // as the device would report it, or not move at all
+        let at_m = rest_m - Vec3::X * (0.5 * acceleration_m_s2 * seconds * seconds).min(gap_m + 0.002);
+        let force_n = bench.tick(Some(at_m));
+        if bench.local >= from {
+            felt.push((bench.local, force_n.length()));
+        }
+        while bench.net.next_sample().is_some() {}
+    }
+    let radii_m = bench.hand.hand().field().pot().surfaces()[0].radii_m().to_vec();
+    (felt, radii_m)
+}
+
+#[test]
+fn first_contact_of_a_hand_that_rested_is_felt_as_that_of_one_that_did_not() {
+    // as fast as a hand can start; from touching the clay almost to farther than it comes while the loop rests
+    for (gap_m, acceleration_m_s2) in [(20e-6, 50.0), (100e-6, 50.0), (400e-6, 50.0), (2e-3, 50.0), (100e-6, 5.0)] {
+        for from in 1200..1200 + HapticLoop::IDLE_TICKS {
+            let (awake, one) = starting(gap_m, acceleration_m_s2, from, false);
+            let (rested, other) = starting(gap_m, acceleration_m_s2, from, true);
+            assert!(rested.len() < awake.len(), "it did not rest");
+            // the clay yields as fast as it is pressed, which is all that is left of the difference
+            for (tick, force_n) in &rested {
+                let (_, as_awake_n) = awake.iter().find(|(other, _)| other == tick).unwrap();
+                assert!((force_n - as_awake_n).abs() <= 1e-3 * as_awake_n, "{gap_m} m: {rested:?} and {awake:?}");
+            }
+            // nor does it come as a greater jump
+            let jump_n = |felt: &[(u64, f32)]| felt.windows(2).map(|two| two[1].1 - two[0].1).fold(0.0, f32::max);
+            assert!(jump_n(&rested) <= 1.001 * jump_n(&awake), "{gap_m} m: {rested:?} and {awake:?}");
+            let apart_m = one.iter().zip(&other).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);
+            assert!(apart_m < 1e-6, "{gap_m} m, tick {from}: the pots are {apart_m} m apart");
+        }
+    }
 }
 
 #[test]

@@ -28,6 +28,8 @@ pub(super) struct Figures {
     pub(super) granted: String,
     /// How often its loop goes round, and the length of a turn.
     rate: LoopRate,
+    /// Part of a wait that it spun in the end.
+    spun: Duration,
     pub(super) period: Duration,
     pub(super) ticks: u64,
     /// Ticks that began too late, and deadlines that went by.
@@ -57,6 +59,7 @@ impl Figures {
             beside,
             granted: outcome.granted.to_string(),
             rate: outcome.granted.rate,
+            spun: report.spun,
             period: outcome.granted.rate.period(),
             ticks: report.ticks,
             late: report.late_ticks,
@@ -125,6 +128,7 @@ impl fmt::Display for Figures {
         }
         writeln!(f, "thread     {}", self.granted)?;
         writeln!(f, "loop       {}", self.rate)?;
+        writeln!(f, "wait       asleep, but for the last {} µs", self.spun.as_micros())?;
         writeln!(f, "ticks      {}, {} deadlines missed", self.ticks, self.missed)?;
         writeln!(f, "late       {} by more than 200 µs: {:.3} %", self.late, self.late_share() * 1e2)?;
         writeln!(
