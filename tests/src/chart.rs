@@ -17,6 +17,7 @@ pub mod helix;
 mod index;
 pub mod lathe;
 pub mod machine;
+pub mod network;
 mod panel;
 mod pictures;
 pub mod progress;

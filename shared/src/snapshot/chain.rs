@@ -54,7 +54,11 @@ impl Chain {
         Err(Exhausted)
     }
 
-    fn code(&mut self, symbols: &mut impl Symbols, motion: Motion) -> Result<(), Exhausted> {
+    /// Codes the current delta.
+    ///
+    /// # Errors
+    /// [`Exhausted`], when reading; what was learned of it stays.
+    pub(super) fn code(&mut self, symbols: &mut impl Symbols, motion: Motion) -> Result<(), Exhausted> {
         let before = self.motions.last;
         let motion = self.motions.code(symbols, motion);
         self.motions.last = motion;

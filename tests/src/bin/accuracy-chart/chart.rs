@@ -1,18 +1,14 @@
 //! `accuracy-chart --out DIR`: the whole chart.
 //!
-//! Owns its flags and what is shown while it runs; measurements, files and pictures are the library's.
+//! Owns its flags and what it prints; measurements, files and pictures are the library's.
 //! Invariant: the folder is made before anything is measured, so that minutes are not spent for nothing.
 
-use std::cell::Cell;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use pottery_tests::chart;
 use pottery_tests::chart::extent::Extent;
 use pottery_tests::chart::machine::Machine;
-use pottery_tests::chart::progress::{Piece, Progress};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct ChartFlags {
@@ -45,27 +41,7 @@ pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> 
     }
     let extent = if flags.quick { Extent::quick() } else { Extent::full() };
     let begin = Instant::now();
-    let figures = if std::io::stderr().is_terminal() {
-        let bar = ProgressBar::new(0).with_style(ProgressStyle::with_template("{bar:30} {pos}/{len}  {wide_msg}")?);
-        let told = |piece: &Piece<'_>| {
-            bar.set_length(piece.of.into());
-            bar.set_position(piece.done.into());
-            bar.set_message(piece.what.to_owned());
-        };
-        let figures = chart::measure(extent, machine, &mut Progress::new(told));
-        bar.finish_and_clear();
-        figures?
-    } else {
-        let next = Cell::new(0);
-        let told = |piece: &Piece<'_>| {
-            // a line for every tenth of the way
-            if piece.done * 10 >= next.get() * piece.of {
-                eprintln!("{:>3.0} s  {}/{}  {}", begin.elapsed().as_secs_f64(), piece.done, piece.of, piece.what);
-                next.set(piece.done * 10 / piece.of + 1);
-            }
-        };
-        chart::measure(extent, machine, &mut Progress::new(told))?
-    };
+    let figures = crate::progress::shown(begin, |progress| chart::measure(extent, machine, progress))??;
     let files = chart::write(&figures, &flags.out)?;
     println!("{} files in {}, after {:.0} s", files.len(), flags.out.display(), begin.elapsed().as_secs_f64());
     println!("begin with {}", flags.out.join("index.md").display());

@@ -9,6 +9,8 @@ mod failures;
 mod finite_elements;
 mod fit;
 mod guidance;
+mod network;
+mod progress;
 mod stability;
 mod transform;
 
@@ -31,6 +33,8 @@ Examples:
       which method trembles in a hand, gives energy back or jolts, and how stiff it may be at which delay
   accuracy-chart guidance --out guidance
       what a student feels of a teacher through a bad network, and how much nearer it brings the tool
+  accuracy-chart network --out network --quick
+      how far predicted clay is off over bad lines, and what a byte of the network buys
   accuracy-chart transform --out transform
       what a picture costs with vertices made by the processor, as the paper's original did, and by the graphics card
   accuracy-chart fit
@@ -61,6 +65,8 @@ enum Command {
     Stability(stability::StabilityFlags),
     /// Give every way of guidance to simulated students, and print and write what it helps
     Guidance(guidance::GuidanceFlags),
+    /// Play sessions over a network in memory, and write how far predicted clay is off and what bytes buy
+    Network(network::NetworkFlags),
     /// Draw a pot that is being pressed, with its vertices made by the processor and by the graphics card
     Transform(transform::TransformFlags),
     /// Make a case of the finite-element reference again; from minutes to hours
@@ -80,6 +86,7 @@ fn main() -> ExitCode {
         (Some(Command::Failures(flags)), _) => failures::run(&flags),
         (Some(Command::Stability(flags)), _) => stability::run(&flags),
         (Some(Command::Guidance(flags)), _) => guidance::run(&flags),
+        (Some(Command::Network(flags)), _) => network::run(&flags),
         (Some(Command::Transform(flags)), _) => transform::run(&flags),
         (Some(Command::FiniteElements(flags)), _) => finite_elements::run(&flags),
         (Some(Command::Fit(flags)), _) => fit::run(&flags),
