@@ -107,7 +107,7 @@ async fn read_datagrams(peer: PeerId, session: &Session, events: &mpsc::Sender<E
 }
 
 async fn write_control(session: Session, mut stream: SendStream, mut outgoing: mpsc::Receiver<Outgoing>) {
-    while let Some(Outgoing::Frame(frame)) = outgoing.recv().await {
+    while let Some(Outgoing::Frame(frame, _room)) = outgoing.recv().await {
         if stream.write_all(&frame).await.is_err() {
             return;
         }

@@ -4,6 +4,7 @@
 //! Invariant: a peer that is slow, gone or hostile costs its own connection, never the tick.
 
 mod announcing;
+mod bounds;
 mod certificate;
 mod config;
 mod connection;
@@ -21,6 +22,7 @@ mod teacher;
 mod ticking;
 mod transport;
 
+pub use bounds::CONNECTION_BYTES_MAX;
 pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
 pub use doorkeeper::Arrivals;

@@ -1,7 +1,7 @@
 //! The room's side of a connection: bounded queues out of the tick.
 //!
 //! Never waits: what a connection cannot take at once is dropped (datagrams, keyframes) or ends it (control frames).
-//! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames and [`KEYFRAME_BYTES_MAX`] of keyframes, or
+//! Invariant: whatever a peer does, it holds at most [`CONTROL_QUEUE`] frames of [`CONTROL_BYTES`] and [`KEYFRAME_BYTES`] of keyframes, or
 //! one longer than that.
 
 use std::net::IpAddr;
@@ -11,18 +11,15 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use pottery_shared::session::{Pace, Telling};
-use tokio::sync::{Semaphore, mpsc};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use web_transport_quinn::Session;
 
-/// Control frames that may wait for a slow peer.
-const CONTROL_QUEUE: usize = 256;
-/// Bytes of keyframes that may be under way to one peer: two of a pot that was worked all over, or those of a gallery.
-const KEYFRAME_BYTES_MAX: usize = 128 * 1024;
+use crate::bounds::{CONTROL_BYTES, CONTROL_QUEUE, KEYFRAME_BYTES};
 
 /// What waits for the control stream.
 pub(crate) enum Outgoing {
-    /// A frame, its length before it.
-    Frame(Vec<u8>),
+    /// A frame, its length before it, and the room that it takes among those that wait.
+    Frame(Vec<u8>, OwnedSemaphorePermit),
     /// Nothing comes after this.
     Finish,
 }
@@ -30,7 +27,7 @@ pub(crate) enum Outgoing {
 impl std::fmt::Debug for Outgoing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Frame(bytes) => write!(f, "Frame({} bytes)", bytes.len()),
+            Self::Frame(bytes, _) => write!(f, "Frame({} bytes)", bytes.len()),
             Self::Finish => f.write_str("Finish"),
         }
     }
@@ -41,6 +38,7 @@ impl std::fmt::Debug for Outgoing {
 pub(crate) struct Link {
     session: Session,
     control: mpsc::Sender<Outgoing>,
+    control_room: Arc<Semaphore>,
     keyframes: Arc<Semaphore>,
     dropped: AtomicU64,
     /// Packets that were lost on the way when it was last looked at.
@@ -67,10 +65,11 @@ impl Link {
     /// A link and the frames that are to be written to the control stream.
     pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
-        let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES_MAX));
+        let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES));
         let link = Self {
             session,
             control,
+            control_room: Arc::new(Semaphore::new(CONTROL_BYTES)),
             keyframes,
             dropped: AtomicU64::new(0),
             lost: 0,
@@ -118,7 +117,8 @@ impl Link {
 
     /// Queues a frame; false when the peer takes nothing in.
     pub(crate) fn send_control(&self, frame: Vec<u8>) -> bool {
-        self.control.try_send(Outgoing::Frame(frame)).is_ok()
+        let Ok(room) = Arc::clone(&self.control_room).try_acquire_many_owned(frame.len() as u32) else { return false };
+        self.control.try_send(Outgoing::Frame(frame, room)).is_ok()
     }
 
     /// Ends the connection once the queued frames are through; false when the queue is full.
@@ -128,7 +128,7 @@ impl Link {
 
     /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.
     pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) -> bool {
-        let room = bytes.len().min(KEYFRAME_BYTES_MAX) as u32;
+        let room = bytes.len().min(KEYFRAME_BYTES) as u32;
         let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_many_owned(room) else { return true };
         let session = self.session.clone();
         tokio::spawn(async move {

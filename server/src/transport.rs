@@ -1,7 +1,7 @@
 //! The QUIC endpoint of the server.
 //!
 //! Owns sockets' and connections' settings, with the reason for each; knows no room.
-//! Invariant: memory a peer can make the transport hold is bounded.
+//! Invariant: memory a peer can make the transport hold is bounded (`bounds`).
 
 use std::io::ErrorKind;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -11,7 +11,7 @@ use std::time::Duration;
 use quinn::{IdleTimeout, TransportConfig, VarInt};
 use socket2::{Domain, Protocol, Socket, Type};
 
-use crate::{Certificate, ServerError};
+use crate::{Certificate, ServerError, bounds};
 
 /// Socket buffer asked for: a second of a class's samples, should the tick be late.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
@@ -73,11 +73,11 @@ pub fn server_config(certificate: Certificate) -> Result<quinn::ServerConfig, Se
         // one control stream from each client, and none without being asked
         .max_concurrent_bidi_streams(VarInt::from_u32(1))
         .max_concurrent_uni_streams(VarInt::from_u32(0))
-        .stream_receive_window(VarInt::from_u32(64 * 1024))
-        .receive_window(VarInt::from_u32(128 * 1024))
-        .datagram_receive_buffer_size(Some(64 * 1024))
-        // a few pulses: what waits longer is stale
-        .datagram_send_buffer_size(16 * 1024)
+        .stream_receive_window(VarInt::from_u32(bounds::STREAM_RECEIVED as u32))
+        .receive_window(VarInt::from_u32(bounds::STREAMS_RECEIVED as u32))
+        .send_window(bounds::STREAMS_SENT as u64)
+        .datagram_receive_buffer_size(Some(bounds::DATAGRAMS_RECEIVED))
+        .datagram_send_buffer_size(bounds::DATAGRAMS_SENT)
         // Cubic takes each loss for a queue: over two continents with 1 % of loss it starved the clay, and after a
         // partition of 3 s it took 6 s to recover where this takes 2
         .congestion_controller_factory(Arc::new(quinn::congestion::BbrConfig::default()))

@@ -12,24 +12,30 @@ pub struct Counting;
 
 thread_local! {
     static REQUESTS: Cell<u64> = const { Cell::new(0) };
+    static HELD_BYTES: Cell<i64> = const { Cell::new(0) };
+}
+
+fn note(more_bytes: usize, less_bytes: usize) {
+    REQUESTS.set(REQUESTS.get() + 1);
+    HELD_BYTES.set(HELD_BYTES.get() + more_bytes as i64 - less_bytes as i64);
 }
 
 // SAFETY: hands everything on to the system's allocator as it is; the counter is a plain cell that allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.set(REQUESTS.get() + 1);
+        note(layout.size(), 0);
         // SAFETY: the caller's promises are those that `System` asks for.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        REQUESTS.set(REQUESTS.get() + 1);
+        note(new_size, layout.size());
         // SAFETY: the caller's promises are those that `System` asks for.
         unsafe { System.realloc(memory, layout, new_size) }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        REQUESTS.set(REQUESTS.get() + 1);
+        note(0, layout.size());
         // SAFETY: the caller's promises are those that `System` asks for.
         unsafe { System.dealloc(memory, layout) }
     }
@@ -39,6 +45,12 @@ unsafe impl GlobalAlloc for Counting {
 #[must_use]
 pub fn requests_so_far() -> u64 {
     REQUESTS.get()
+}
+
+/// Bytes that this thread asked for and has not given back; what another thread gives back is not known.
+#[must_use]
+pub fn held_bytes() -> i64 {
+    HELD_BYTES.get()
 }
 
 /// How often `work` did.

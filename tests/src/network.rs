@@ -18,7 +18,7 @@ use tokio::time::{Instant, Sleep};
 use crate::dice::Dice;
 use crate::line::{Line, LineCounts, Quality};
 
-/// Largest packet that comes through: an access line with a tunnel in it.
+/// Largest packet that comes through at first: an access line with a tunnel in it.
 const MTU_BYTES: usize = 1400;
 
 /// The network; clones are handles on the same one.
@@ -29,6 +29,7 @@ pub struct Network(Arc<Mutex<Wires>>);
 struct Wires {
     began: Instant,
     dice: Dice,
+    mtu_bytes: usize,
     sent: u64,
     inboxes: BTreeMap<SocketAddr, Inbox>,
     /// Line of a client to the middle of the network, up and down; who has none is in the middle.
@@ -55,6 +56,7 @@ impl Network {
         Self(Arc::new(Mutex::new(Wires {
             began: Instant::now(),
             dice: Dice::new(seed),
+            mtu_bytes: MTU_BYTES,
             sent: 0,
             inboxes: BTreeMap::new(),
             lines: BTreeMap::new(),
@@ -71,6 +73,11 @@ impl Network {
         let mut wires = self.wires();
         let lines = (Line::new(up, wires.dice.split()), Line::new(down, wires.dice.split()));
         wires.lines.insert(address, lines);
+    }
+
+    /// Lets only packets of so many bytes through from now on.
+    pub fn narrow(&self, mtu_bytes: usize) {
+        self.wires().mtu_bytes = mtu_bytes;
     }
 
     /// Cuts both lines of `address`, or mends them.
@@ -120,7 +127,7 @@ impl Network {
 
 impl Wires {
     fn post(&mut self, from: SocketAddr, to: SocketAddr, bytes: &[u8]) {
-        if bytes.len() > MTU_BYTES || !self.inboxes.contains_key(&to) {
+        if bytes.len() > self.mtu_bytes || !self.inboxes.contains_key(&to) {
             return;
         }
         let now = self.began.elapsed();

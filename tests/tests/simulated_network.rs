@@ -529,6 +529,28 @@ fn a_late_joiner_in_the_middle_of_pressing_ends_with_the_same_clay() {
 }
 
 #[test]
+fn a_path_that_takes_only_shorter_packets_from_now_on_goes_on_carrying_clay() {
+    in_virtual_time(async {
+        let studio = Studio::open(61);
+        let mut people = Vec::new();
+        for number in 0..3 {
+            people.push(studio.join(number, Quality::HOME, Quality::HOME, 0.3..9.0).await);
+        }
+        // QUIC has found by then how long packets may be
+        sleep(ms(4000)).await;
+        let before = Studio::pressed_mm3(&studio.standing().await);
+        // the least that QUIC promises
+        studio.network.narrow(1200);
+        sleep(ms(4000)).await;
+        let after = Studio::pressed_mm3(&studio.standing().await);
+        let settled_after = studio.settle(&people, ms(2500)).await;
+        println!("{before} mm³ before, {after} mm³ after; settled after {settled_after:?}");
+        assert!(after > before + 1_000.0, "{before} mm³, then {after} mm³");
+        studio.close(people).await;
+    });
+}
+
+#[test]
 fn a_narrow_line_is_told_less_often_and_neither_runs_over_nor_slows_anybody() {
     in_virtual_time(async {
         let studio = Studio::open(51);
