@@ -9,6 +9,12 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use x11rb::COPY_DEPTH_FROM_PARENT;
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{Atom, ConnectionExt, CreateWindowAux, PropMode, Window, WindowClass};
+use x11rb::rust_connection::{ReplyError, RustConnection};
+use x11rb::wrapper::ConnectionExt as _;
+
 use crate::programs::{folder, program};
 
 /// Pixels of the display.
@@ -134,6 +140,55 @@ impl Display {
             .expect("the window's test needs imagemagick");
         assert_eq!(output.stdout.len(), SIZE.0 * SIZE.1 * 3, "{}", String::from_utf8_lossy(&output.stderr));
         output.stdout
+    }
+}
+
+/// What a desktop tells its windows of the screen they are on, as the XSETTINGS specification of freedesktop.org has it; for as long as the value lives.
+#[derive(Debug)]
+pub struct Desktop {
+    server: RustConnection,
+    window: Window,
+    settings: Atom,
+    changes: u32,
+}
+
+impl Desktop {
+    /// A desktop for a display on which no window is yet.
+    ///
+    /// # Panics
+    /// When the display does not do as it is asked.
+    #[must_use]
+    pub fn of(display: &Display, pixels_an_inch: u32) -> Self {
+        let (server, screen) = RustConnection::connect(Some(&display.name)).expect("the display runs");
+        let mut desktop = Self::on(server, screen).expect("the display does as it is asked");
+        desktop.change_screen(pixels_an_inch);
+        desktop
+    }
+
+    fn on(server: RustConnection, screen: usize) -> Result<Self, ReplyError> {
+        let root = server.setup().roots[screen].root;
+        let window = server.generate_id().map_err(|_| x11rb::errors::ConnectionError::UnknownError)?;
+        let (kind, properties) = (WindowClass::INPUT_ONLY, CreateWindowAux::new());
+        server.create_window(COPY_DEPTH_FROM_PARENT, window, root, 0, 0, 1, 1, 0, kind, 0, &properties)?.check()?;
+        let named = |name: &str| Ok::<_, ReplyError>(server.intern_atom(false, name.as_bytes())?.reply()?.atom);
+        let (settings, owner) = (named("_XSETTINGS_SETTINGS")?, named(&format!("_XSETTINGS_S{screen}"))?);
+        server.set_selection_owner(window, owner, x11rb::CURRENT_TIME)?.check()?;
+        Ok(Self { server, window, settings, changes: 0 })
+    }
+
+    /// Puts another screen in the place of the one before, with so many pixels an inch; 96 are one to a point.
+    ///
+    /// # Panics
+    /// When the display does not do as it is asked.
+    pub fn change_screen(&mut self, pixels_an_inch: u32) {
+        self.changes += 1;
+        let [changes, one, dpi] = [self.changes, 1, pixels_an_inch * 1024].map(u32::to_le_bytes);
+        // numbers have their lowest byte first; one setting, which is a number, with its name's length and its name
+        let setting = [&[0, 0, 7, 0][..], b"Xft/DPI\0", &changes, &dpi].concat();
+        let bytes = [&[0; 4], &changes, &one, &setting[..]].concat();
+        let (window, kind) = (self.window, self.settings);
+        let told = self.server.change_property8(PropMode::REPLACE, window, self.settings, kind, &bytes);
+        told.expect("the display runs").check().expect("a window has settings");
     }
 }
 

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use pottery_client::pot_file::PotFile;
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::units::Tick;
-use pottery_tests::display::{Display, SIZE};
+use pottery_tests::display::{Desktop, Display, SIZE};
 use pottery_tests::programs::folder;
 
 /// How long the studio takes at most to do what it was asked for; reached only when something is wrong.
@@ -47,6 +47,8 @@ const PANEL: Part = [0, 0, 290, 700];
 /// What in the panel is another in each run: address and code, and where the pot lies.
 const ADDRESS: Part = [0, 30, 290, 90];
 const FILE: Part = [0, 560, 290, 110];
+/// The figures with twice as many pixels an inch.
+const DOUBLED_FIGURES: Part = [0, 640, 1000, 60];
 /// The other one's name, which is drawn by lot.
 const NAME: Part = [700, 290, 220, 60];
 
@@ -369,6 +371,25 @@ fn a_window_of_any_size_that_is_hidden_and_shown_again_looks_as_before() {
     display.run("xdotool", &["windowmap", "--sync", &window]);
     studio.fill(&window);
     until_as(&display, "untouched", Comes::ToRest, &[PANEL, FIGURES]);
+    studio.close();
+}
+
+#[test]
+fn a_screen_with_other_pixels_shows_the_same_in_another_size() {
+    let display = Display::new();
+    let mut desktop = Desktop::of(&display, 96);
+    let studio = Studio::open(&display, "screens", &[]);
+    let window = display.window(&[]);
+    until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
+    // twice as many pixels an inch: the window asks for twice its size, is given what there is, and folds its panel, which would take half of it
+    desktop.change_screen(192);
+    at_rest(&display);
+    studio.fill(&window);
+    until_as(&display, "doubled", Comes::ToRest, &[DOUBLED_FIGURES]);
+    desktop.change_screen(96);
+    at_rest(&display);
+    studio.fill(&window);
+    until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
     studio.close();
 }
 

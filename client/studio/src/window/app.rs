@@ -505,6 +505,7 @@ impl App {
             }
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
+        overlay.enlarge(&stage.window, f32::from(self.panel.liking.text_percent) / 100.0);
         self.files.pass(|| {
             let view = self.potter.view().lock();
             PotFile::of(&view.pot, &view.conditions, self.potter.tick())

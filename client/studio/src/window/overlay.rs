@@ -20,6 +20,9 @@ pub(super) type Call = accesskit_winit::Event;
 pub(super) struct Overlay {
     context: egui::Context,
     input: egui_winit::State,
+    /// Pixels a point of the screen, as it was last told, and what the person likes letters to be enlarged by.
+    scale: f64,
+    enlarged: f32,
 }
 
 /// Opens a window with what is drawn on it and what lies over it; `stage` makes the former.
@@ -37,19 +40,34 @@ pub(super) fn open(
         .with_min_inner_size(winit::dpi::LogicalSize::new(480, 360));
     let window = Arc::new(event_loop.create_window(attributes).context("the system opens no window")?);
     let context = egui::Context::default();
-    let (root, scale) = (egui::ViewportId::ROOT, Some(window.scale_factor() as f32));
-    let mut input = egui_winit::State::new(context.clone(), root, &window, scale, window.theme(), None);
+    let (root, scale) = (egui::ViewportId::ROOT, window.scale_factor());
+    let mut input = egui_winit::State::new(context.clone(), root, &window, Some(scale as f32), window.theme(), None);
     input.init_accesskit(event_loop, &window, proxy);
     window.set_visible(true);
     let stage = stage(window)?;
     input.set_max_texture_side(stage.gpu().device().limits().max_texture_dimension_2d as usize);
-    Ok((stage, Overlay { context, input }))
+    Ok((stage, Overlay { context, input, scale, enlarged: 1.0 }))
 }
 
 impl Overlay {
     /// Tells the panel of an event; true when it is the panel's alone.
     pub(super) fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+        if let WindowEvent::ScaleFactorChanged { scale_factor, .. } = event {
+            self.scale = *scale_factor;
+            self.zoom(window);
+        }
         self.input.on_window_event(window, event).consumed
+    }
+
+    /// Enlarges what is written, and all with it, from the next picture on.
+    pub(super) fn enlarge(&mut self, window: &Window, by: f32) {
+        self.enlarged = by;
+        self.zoom(window);
+    }
+
+    /// Where another screen took the place of the one before, X11's window has that one's scale still, and egui asks the window.
+    fn zoom(&self, window: &Window) {
+        self.context.set_zoom_factor(self.enlarged * (self.scale / window.scale_factor()) as f32);
     }
 
     /// Takes in what a screen reader wants.

@@ -126,7 +126,6 @@ fn dress(context: &egui::Context, liking: &Preferences) {
         Theme::Light => egui::ThemePreference::Light,
         Theme::System => egui::ThemePreference::System,
     });
-    context.set_zoom_factor(f32::from(liking.text_percent) / 100.0);
 }
 
 /// Lays the panel out over the picture.
