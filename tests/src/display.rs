@@ -1,12 +1,14 @@
 //! A virtual display with windows of the studio on it, as a person would have them.
 //!
-//! Owns Xvfb and what is typed and pointed there; knows no clay.
+//! Owns Xvfb and what is typed and pointed there, also at a control by what it says; knows no clay.
 //! Invariant: the studio finds preferences of the display's own, and the display ends with the value.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use x11rb::COPY_DEPTH_FROM_PARENT;
@@ -110,6 +112,34 @@ impl Display {
             .expect("the studio was built")
     }
 
+    /// Starts it in a window that fills the display, of which one knows where its controls lie.
+    ///
+    /// # Panics
+    /// When it does not start.
+    #[must_use]
+    pub fn studio_with_controls(&self, arguments: &[&str]) -> (Child, Controls<'_>) {
+        let filter = "warn,winit=error,pulseaudio=off,pottery_studio::window::overlay=trace";
+        let mut studio = self.studio_that_logs(arguments, filter, &[]);
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let (log, heard) = (studio.stderr.take().expect("its errors were asked for"), Arc::clone(&said));
+        thread::spawn(move || {
+            for line in BufReader::new(log).lines().map_while(Result::ok) {
+                match line.split_once("controls: ") {
+                    Some((_, controls)) => {
+                        *heard.lock().unwrap_or_else(PoisonError::into_inner) =
+                            controls.split(" ¦ ").filter_map(Control::read).collect();
+                    }
+                    None => eprintln!("{line}"),
+                }
+            }
+        });
+        let window = self.window(&[]);
+        let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
+        self.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);
+        self.run("xdotool", &["windowmove", "--sync", &window, "0", "0", "windowfocus", &window]);
+        (studio, Controls { display: self, said })
+    }
+
     /// Waits until a window besides `known` is there.
     ///
     /// # Panics
@@ -189,6 +219,88 @@ impl Desktop {
         let (window, kind) = (self.window, self.settings);
         let told = self.server.change_property8(PropMode::REPLACE, window, self.settings, kind, &bytes);
         told.expect("the display runs").check().expect("a window has settings");
+    }
+}
+
+/// Something in a window that says what it is, as a screen reader is told of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Control {
+    /// What it is, in AccessKit's words.
+    pub role: String,
+    /// What it says.
+    pub name: String,
+    /// Left, top, width and height, pixels.
+    pub place: [i32; 4],
+}
+
+impl Control {
+    fn read(text: &str) -> Option<Self> {
+        let (said, place) = text.rsplit_once(" @")?;
+        let (role, name) = said.split_once(' ')?;
+        let place: Vec<i32> = place.split(',').filter_map(|number| number.parse().ok()).collect();
+        Some(Self { role: role.to_owned(), name: name.to_owned(), place: place.try_into().ok()? })
+    }
+
+    fn middle(&self) -> (i32, i32) {
+        let [left, top, width, height] = self.place;
+        (left + width / 2, top + height / 2)
+    }
+}
+
+/// The controls of the one window on a display.
+#[derive(Debug)]
+pub struct Controls<'a> {
+    display: &'a Display,
+    said: Arc<Mutex<Vec<Control>>>,
+}
+
+impl Controls<'_> {
+    /// Rows of pixels in which a control can be clicked on: between the window's top and the line of figures at its foot.
+    const SEEN: std::ops::Range<i32> = 40..640;
+
+    /// All of them, as they were drawn last.
+    #[must_use]
+    pub fn all(&self) -> Vec<Control> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The lowest of them whose words begin so and that is no mere label.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<Control> {
+        let named = self.all().into_iter().filter(|control| control.role != "Label" && control.name.starts_with(name));
+        named.max_by_key(|control| control.place[1])
+    }
+
+    /// Clicks on the control whose words begin so, once it lies still; turns the mouse wheel until it is seen.
+    ///
+    /// # Panics
+    /// When there is none for a minute.
+    pub fn press(&self, name: &str) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        let mut before = None;
+        loop {
+            assert!(Instant::now() < deadline, "there is no '{name}': {:#?}", self.all());
+            let found = self.find(name);
+            let is_still = found.is_some() && found == before;
+            before.clone_from(&found);
+            if let Some(control) = found.filter(|_| is_still) {
+                let (x, y) = control.middle();
+                if Self::SEEN.contains(&y) {
+                    self.display.run("xdotool", &["mousemove", &x.to_string(), &y.to_string()]);
+                    // that it is pointed at is seen in the next picture
+                    thread::sleep(Duration::from_millis(400));
+                    if self.find(name).as_ref() == Some(&control) {
+                        self.display.run("xdotool", &["click", "1"]);
+                        return;
+                    }
+                } else {
+                    let (x, turn) = (x.to_string(), if y < Self::SEEN.start { "4" } else { "5" });
+                    self.display.run("xdotool", &["mousemove", &x, "340", "click", turn]);
+                    before = None;
+                }
+            }
+            thread::sleep(Duration::from_millis(300));
+        }
     }
 }
 

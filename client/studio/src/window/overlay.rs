@@ -1,6 +1,7 @@
 //! What lies over the picture: the panel's state, what the window tells it, and who reads it aloud.
 //!
-//! Owns egui and its ties to the window and to AccessKit; knows no pot.
+//! Owns egui and its ties to the window and to AccessKit; knows no pot. What a screen reader is told of goes to the log as well, at trace
+//! level (`RUST_LOG=pottery_studio::window::overlay=trace`): what each control is and says, and where it lies.
 //! Invariant: screen readers are told of every control that is drawn, and cost nothing where there is none.
 
 use std::sync::Arc;
@@ -23,6 +24,8 @@ pub(super) struct Overlay {
     /// Pixels a point of the screen, as it was last told, and what the person likes letters to be enlarged by.
     scale: f64,
     enlarged: f32,
+    /// The controls as the log was told of them last; none where nobody reads it.
+    logged: Option<String>,
 }
 
 /// Opens a window with what is drawn on it and what lies over it; `stage` makes the former.
@@ -46,7 +49,11 @@ pub(super) fn open(
     window.set_visible(true);
     let stage = stage(window)?;
     input.set_max_texture_side(stage.gpu().device().limits().max_texture_dimension_2d as usize);
-    Ok((stage, Overlay { context, input, scale, enlarged: 1.0 }))
+    let logged = tracing::enabled!(tracing::Level::TRACE).then(|| {
+        context.enable_accesskit();
+        String::new()
+    });
+    Ok((stage, Overlay { context, input, scale, enlarged: 1.0, logged }))
 }
 
 impl Overlay {
@@ -75,13 +82,21 @@ impl Overlay {
         match call.window_event {
             AccessEvent::InitialTreeRequested => self.context.enable_accesskit(),
             AccessEvent::ActionRequested(request) => self.input.on_accesskit_action_request(request),
-            AccessEvent::AccessibilityDeactivated => self.context.disable_accesskit(),
+            AccessEvent::AccessibilityDeactivated if self.logged.is_none() => self.context.disable_accesskit(),
+            AccessEvent::AccessibilityDeactivated => {}
         }
     }
 
     /// Lays the panel out as it is to be drawn next.
     pub(super) fn lay_out(&mut self, window: &Window, panel: impl FnMut(&mut egui::Ui)) -> PanelShapes {
         let output = self.context.run_ui(self.input.take_egui_input(window), panel);
+        if let (Some(logged), Some(update)) = (&mut self.logged, &output.platform_output.accesskit_update) {
+            let controls = controls(update, f64::from(output.pixels_per_point));
+            if *logged != controls {
+                tracing::trace!("controls: {controls}");
+                *logged = controls;
+            }
+        }
         self.input.handle_platform_output(window, output.platform_output);
         PanelShapes {
             primitives: self.context.tessellate(output.shapes, output.pixels_per_point),
@@ -115,4 +130,15 @@ impl Overlay {
     pub(super) fn is_held(&self) -> bool {
         self.context.input(|input| input.pointer.any_down())
     }
+}
+
+/// Every control that says something: its role, what it says, and left, top, width and height, pixels of the window.
+fn controls(update: &egui::accesskit::TreeUpdate, pixels_per_point: f64) -> String {
+    let said = update.nodes.iter().filter_map(|(_, node)| {
+        let (name, bounds) = (node.label().or(node.value())?, node.bounds()?);
+        let [left, top, width, height] =
+            [bounds.x0, bounds.y0, bounds.width(), bounds.height()].map(|points| (points * pixels_per_point).round());
+        Some(format!("{:?} {name} @{left},{top},{width},{height}", node.role()))
+    });
+    said.collect::<Vec<_>>().join(" ¦ ")
 }
