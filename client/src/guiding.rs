@@ -15,7 +15,7 @@ use pottery_shared::protocol::{GuidanceEnd, NoGuidance, Request};
 use pottery_shared::session::{
     Client, GuidanceEvent, GuidancePair, GuidingHand, RemoteTool, guidance_wire, target_wire,
 };
-use pottery_shared::tool::Position;
+use pottery_shared::tool::{Orientation, Position, Tool};
 use pottery_shared::units::Tick;
 
 use crate::boundary::{GuideNews, NetSide};
@@ -98,6 +98,8 @@ pub(crate) struct Guiding {
     playing: Option<Playing>,
     /// The tool pointed and presses again once it is out of the clay.
     lifts_first: bool,
+    /// What the hand was told of the teacher's grip.
+    told_grip: Option<(Tool, Orientation)>,
 }
 
 #[derive(Debug)]
@@ -174,7 +176,7 @@ impl Guiding {
 
     /// Forgets that anybody is guided, since it has ended, or the connection has.
     pub(crate) fn forget(&mut self, side: &mut NetSide, view: &SharedView) {
-        self.playing = None;
+        (self.playing, self.told_grip) = (None, None);
         // should the ring be full, the hand lets go all the same
         side.status().end_guidance();
         self.tell(side, GuideNews::Guided(None));
@@ -193,8 +195,12 @@ impl Guiding {
     }
 
     /// Hands the teacher's newest place on to the student's hand and window.
-    pub(crate) fn hear_hand(&self, session: &Client, side: &mut NetSide, view: &SharedView) {
+    pub(crate) fn hear_hand(&mut self, session: &Client, side: &mut NetSide, view: &SharedView) {
         let Some(hand) = session.guidance().hand() else { return };
+        let grip = (hand.tool.tool, hand.tool.orientation);
+        if self.told_grip.replace(grip) != Some(grip) {
+            self.tell(side, GuideNews::TeachersGrip(grip.0, grip.1));
+        }
         self.tell(side, GuideNews::Teacher(hand.tick, hand.tool.centre.point_m()));
         let mut view = view.lock();
         view.guidance.hand = Some(*hand);

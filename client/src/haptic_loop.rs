@@ -11,7 +11,7 @@ use hdrhistogram::Histogram;
 use pottery_shared::clay::{Contact, MethodKind};
 use pottery_shared::haptics::{Haptics, Setup, Touch, Wet};
 use pottery_shared::prediction::Hand;
-use pottery_shared::tool::{Position, Tool, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Tool, ToolSample};
 use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::{GuideNews, HandSide};
@@ -28,6 +28,9 @@ const CATCH_UP_BUDGET: usize = 4;
 /// News of a teacher taken in in one turn: they come some sixty times a second.
 const NEWS_BUDGET: usize = 8;
 
+/// A tool, and how it is turned.
+type Grip = (Tool, Orientation);
+
 /// Everything one hand needs in its thread.
 pub struct HapticLoop {
     device: Box<dyn Device>,
@@ -38,6 +41,8 @@ pub struct HapticLoop {
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
+    /// The teacher's tool and how it is turned, as last heard of.
+    teachers_grip: Option<Grip>,
     /// Where the last sample was pressed, while a tool is in the hand.
     last_centre: Option<Position>,
     /// The last turn, counted at the loop's rate.
@@ -109,6 +114,7 @@ impl HapticLoop {
             side,
             catching_up: false,
             last_stamp: None,
+            teachers_grip: None,
             last_centre: None,
             last_turn: 0,
             is_empty: false,
@@ -137,15 +143,15 @@ impl HapticLoop {
 
     /// Does the tick of local number `local`: sample, follow, press, force, send; then a few steps towards the newest patch.
     pub fn tick(&mut self, local: u64) {
-        let (reported, tool, dt) = self.read(local * self.rate.turns_a_tick());
+        let (reported, grip, dt) = self.read(local * self.rate.turns_a_tick());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.follow_teacher(stamp, dt);
         match self.haptics.accept(reported, self.device.velocity(), dt) {
             Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
                 self.last_stamp = Some(stamp);
                 self.felt = match self.side.status.is_pointing() {
-                    true => self.point(stamp, tool, centre),
-                    false => self.press(stamp, tool, centre, dt),
+                    true => self.point(stamp, grip, centre),
+                    false => self.press(stamp, grip, centre, dt),
                 };
             }
             // the lead went back by a tick: what was felt then is felt on
@@ -155,7 +161,7 @@ impl HapticLoop {
         self.side.status.note_rub(self.felt.rub);
         self.give();
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
-        self.side.status.note_grip(tool, self.device.orientation());
+        self.side.status.note_grip(grip.0, grip.1);
         let newtons = self.felt.force_n.length();
         if self.felt.elements > 0 {
             self.force_mn.saturating_record((newtons * 1e3) as u64);
@@ -172,6 +178,7 @@ impl HapticLoop {
                 Ok(GuideNews::Guided(guidance)) => self.haptics.guide(guidance),
                 Ok(GuideNews::Leads(leads)) => self.haptics.lead(leads),
                 Ok(GuideNews::Teacher(tick, at_m)) => self.haptics.hear_teacher(tick, at_m),
+                Ok(GuideNews::TeachersGrip(tool, orientation)) => self.teachers_grip = Some((tool, orientation)),
                 Err(_) => break,
             }
         }
@@ -189,31 +196,38 @@ impl HapticLoop {
 
     /// Reads the device between two ticks and gives the force of the clay as it is.
     fn between(&mut self, turn: u64) {
-        let (reported, tool, dt) = self.read(turn);
+        let (reported, grip, dt) = self.read(turn);
         if let Some(last) = self.last_stamp {
             self.follow_teacher(last, dt);
         }
         match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
             // nothing was pressed yet, and nothing is felt
             (Some(_), None) => {}
-            (Some(centre), Some(last)) => self.felt.force_n = self.feel(last.offset(1), tool, centre).0,
+            (Some(centre), Some(last)) => self.felt.force_n = self.feel(last.offset(1), grip, centre).0,
             (None, _) => self.let_go(),
         }
         self.give();
     }
 
-    /// What the device reports, unless the tool is to be lifted; which tool, and the time since the last turn.
-    fn read(&mut self, turn: u64) -> (Option<Vec3>, Tool, Seconds) {
+    /// What the device reports, unless the tool is to be lifted; the grip, and the time since the last turn.
+    fn read(&mut self, turn: u64) -> (Option<Vec3>, Grip, Seconds) {
         let period_s = self.rate.period().as_secs_f64();
         let dt = Seconds((turn.saturating_sub(self.last_turn).max(1) as f64 * period_s) as f32);
         self.last_turn = turn;
         let turns = self.rate.turns_a_tick() as f64;
         let reported = self.device.position(turn as f64 / turns * 1e-3).filter(|_| !self.side.status.is_lifted());
         // a tool that is still on its way to this hand is not in it
-        let tool = self.device.tool();
-        let reported = reported.filter(|_| self.hand.holds(tool));
+        let grip = self.grip();
+        let reported = reported.filter(|_| self.hand.holds(grip.0));
         self.is_empty = reported.is_none();
-        (reported, tool, dt)
+        (reported, grip, dt)
+    }
+
+    /// What is pressed with: the own tool, or that of a teacher who has taken over.
+    fn grip(&self) -> Grip {
+        let own = (self.device.tool(), self.device.orientation());
+        let teachers = self.teachers_grip.filter(|(tool, _)| self.haptics.is_taken_over() && self.hand.holds(*tool));
+        teachers.unwrap_or(own)
     }
 
     fn let_go(&mut self) {
@@ -234,23 +248,23 @@ impl HapticLoop {
     }
 
     /// The sample that a place makes.
-    fn sample(&mut self, tick: Tick, tool: Tool, centre: Position) -> ToolSample {
+    fn sample(&mut self, tick: Tick, (tool, orientation): Grip, centre: Position) -> ToolSample {
         let side = self.hand.side(tick, tool, centre);
         let has_proxy = self.haptics.stages().proxy;
         let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
-        ToolSample { tick, tool, orientation: self.device.orientation(), centre, side }
+        ToolSample { tick, tool, orientation, centre, side }
     }
 
     /// What is felt of the clay by a tool that presses nothing.
-    fn point(&mut self, tick: Tick, tool: Tool, centre: Position) -> Felt {
+    fn point(&mut self, tick: Tick, grip: Grip, centre: Position) -> Felt {
         (self.last_centre, self.still_ticks) = (None, 0);
-        let (force_n, elements) = self.feel(tick, tool, centre);
+        let (force_n, elements) = self.feel(tick, grip, centre);
         Felt { force_n, elements, rub: Rub::default() }
     }
 
     /// The force between two ticks, and the elements touched.
-    fn feel(&mut self, tick: Tick, tool: Tool, centre: Position) -> (Vec3, u32) {
-        let sample = self.sample(tick, tool, centre);
+    fn feel(&mut self, tick: Tick, grip: Grip, centre: Position) -> (Vec3, u32) {
+        let sample = self.sample(tick, grip, centre);
         let Contact { force_n, elements, penetration_m, .. } = self.hand.feel(&sample);
         let (wet, _) = self.wet(&sample, elements);
         (self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, wet }), elements)
@@ -264,8 +278,8 @@ impl HapticLoop {
     }
 
     /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, tick: Tick, tool: Tool, centre: Position, dt: Seconds) -> Felt {
-        let sample = self.sample(tick, tool, centre);
+    fn press(&mut self, tick: Tick, grip: Grip, centre: Position, dt: Seconds) -> Felt {
+        let sample = self.sample(tick, grip, centre);
         let centre = sample.centre;
         if self.side.samples.push(sample).is_err() {
             self.side.status.note_lost_sample();

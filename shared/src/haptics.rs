@@ -264,6 +264,12 @@ impl Haptics {
         self.guide.guided()
     }
 
+    /// Whether the tool is pressed where the teacher's is, and nowhere else: it is then the teacher's tool that presses.
+    #[must_use]
+    pub fn is_taken_over(&self) -> bool {
+        self.guide.is_taken_over()
+    }
+
     /// Where the tool is that presses the clay, m: what is to be drawn. `None` while there is none.
     #[must_use]
     pub fn tool_m(&self) -> Option<Vec3> {

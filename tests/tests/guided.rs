@@ -21,7 +21,7 @@ use pottery_server::{Certificate, Server, ServerConfig, server_config};
 use pottery_shared::clay::{Form, PotSpec, Target as Profile};
 use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode};
 use pottery_shared::protocol::{GuidanceEnd, NoGuidance};
-use pottery_shared::tool::{Shape, Tool};
+use pottery_shared::tool::{Orientation, Shape, Tool};
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{BurstLoss, Quality};
 use pottery_tests::network::Network;
@@ -49,10 +49,11 @@ fn in_virtual_time<T>(scenario: impl Future<Output = T>) -> T {
     runtime.block_on(scenario)
 }
 
-/// Where a hand means to be, and what it feels.
+/// Where a hand means to be, how it turns its tool, and what it feels.
 #[derive(Debug)]
 struct Held {
     meant_m: Option<Vec3>,
+    turned: Orientation,
     force_n: Vec3,
 }
 
@@ -77,6 +78,10 @@ impl Device for LightHand {
 
     fn tool(&self) -> Tool {
         self.tool
+    }
+
+    fn orientation(&self) -> Orientation {
+        self.held.lock().unwrap().turned
     }
 
     fn set_force(&mut self, force_n: Vec3) {
@@ -126,7 +131,7 @@ impl Studio {
         let teacher = self.server.teacher_token().copied().filter(|_| teaches);
         let seat = Seat::take(&endpoint, &Target { teacher, ..target }, PotterOptions::default()).await.unwrap();
         let Seat { view, status, commands, epoch, worker, hand } = seat;
-        let held = Arc::new(Mutex::new(Held { meant_m: None, force_n: Vec3::ZERO }));
+        let held = Arc::new(Mutex::new(Held { meant_m: None, turned: Orientation::default(), force_n: Vec3::ZERO }));
         let tool = if teaches { Tool::Convex(Shape::RIB) } else { Tool::default() };
         let device = LightHand { held: Arc::clone(&held), mechanism: None, tool };
         let mut hand = HapticLoop::new(Box::new(device), hand);
@@ -300,6 +305,56 @@ fn whoever_ends_it_both_are_told_and_no_hand_is_held_any_longer() {
         assert_eq!(other.force_n(), Vec3::ZERO);
         sleep(Duration::from_secs(12)).await;
         assert_eq!((ended(&other), other.shown().pair), (Some(GuidanceEnd::Gone), None));
+        studio.server.stop().await;
+    });
+}
+
+#[test]
+fn whoever_takes_over_presses_with_the_own_tool_and_leaves_the_student_theirs() {
+    in_virtual_time(async {
+        let mut studio = Studio::open();
+        let teacher = studio.join(1, Quality::LAN, true).await;
+        let student = studio.join(2, Quality::LAN, false).await;
+        let witness = studio.join(2, Quality::LAN, false).await;
+        let turned = Orientation([182, 0, 0]);
+        teacher.held.lock().unwrap().turned = turned;
+        let (own, hers) = ((Tool::default(), Orientation::default()), (Tool::Convex(Shape::RIB), turned));
+        // what is told of the student's tool to others at the wheel, and what the student's own hand knows
+        let held = || {
+            let view = witness.view.lock();
+            let tool = view.tools.iter().find(|tool| tool.client == student.number());
+            (tool.map(|tool| (tool.tool, tool.orientation)), student.status.grip())
+        };
+        let at = |depth_m: f32| Vec3::new(0.081 - depth_m, 0.0, 0.1);
+        student.mean(at(-0.01));
+        teacher.mean(at(-0.03));
+        sleep(ms(500)).await;
+        assert_eq!(held(), (Some(own), Some(own)));
+        for (guidance, expected) in [
+            (lead(1.0), own),
+            (Guidance::new(GuidanceMode::Share, 0.5), own),
+            (Guidance::TAKE_OVER, hers),
+            (Guidance::new(GuidanceMode::Share, 0.5), own),
+            (Guidance::TAKE_OVER, hers),
+        ] {
+            teacher.guide(&student, guidance).await;
+            sleep(ms(500)).await;
+            assert_eq!(held(), (Some(expected), Some(expected)), "{guidance:?}");
+        }
+        // up to the clay, which the rib's edge meets while its middle is farther away than the student's sphere is large
+        for step in 0..50_u8 {
+            teacher.mean(at(-0.03 + 0.0008 * f32::from(step)));
+            sleep(ms(10)).await;
+        }
+        sleep(ms(300)).await;
+        let tool_m = student.status.tool_m().unwrap();
+        assert!(student.status.elements() > 0, "the teacher's tool is at the student's clay: {tool_m}");
+        assert_eq!(held().0, Some(hers));
+        student.ask(GuideCommand::End).await;
+        student.mean(tool_m);
+        sleep(ms(500)).await;
+        assert_eq!(held(), (Some(own), Some(own)));
+        assert_eq!(student.status.elements(), 0, "the own tool does not reach the clay there");
         studio.server.stop().await;
     });
 }

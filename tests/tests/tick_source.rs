@@ -32,6 +32,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
             "follow_teacher",
             "between",
             "read",
+            "grip",
             "let_go",
             "give",
             "sample",
@@ -78,6 +79,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     (
         "shared/src/haptics.rs",
         &[
+            "is_taken_over",
             "accept",
             "guide",
             "lead",
@@ -95,6 +97,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     (
         "shared/src/haptics/guidance.rs",
         &[
+            "is_taken_over",
             "order",
             "lead",
             "hear",

@@ -369,6 +369,11 @@ impl Guide {
         self.force_n
     }
 
+    /// Whether the tool is pressed where the teacher's is, and nowhere else.
+    pub(super) fn is_taken_over(&self) -> bool {
+        self.teacher.at_m.is_some() && self.share >= 1.0
+    }
+
     /// Share of the clay's force that the hand feels.
     pub(super) fn own_share(&self) -> f32 {
         1.0 - self.share

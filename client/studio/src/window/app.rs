@@ -384,7 +384,12 @@ impl App {
         self.drawn_tool_m = status.tool_m();
         if let Some(centre_m) = self.drawn_tool_m {
             let holding = &self.panel.holding;
-            let (tool, turn) = (holding.tool(&view.rack), holding.orientation().at(centre_m));
+            // a teacher who has taken over presses with another tool than the own one
+            let taken = view.guidance.pair.is_some_and(|pair| pair.student == own).then(|| status.grip()).flatten();
+            let taken =
+                taken.filter(|(tool, _)| tool.shape().is_none_or(|shape| usize::from(shape.0) < view.rack.len()));
+            let (tool, orientation) = taken.unwrap_or_else(|| (holding.tool(&view.rack), holding.orientation()));
+            let turn = orientation.at(centre_m);
             let clay_m =
                 (!is_touching).then(|| to_clay_m(&view.pot, view.conditions.phase(self.potter.tick()), centre_m));
             tools.push(ToolView { tool, turn, centre_m, colour: colour(own), touching: is_touching, clay_m });
