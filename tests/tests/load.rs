@@ -6,10 +6,13 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{BufRead, BufReader, Read};
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
+use pottery_server::{Certificate, server_config};
+use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
 use pottery_tests::load::knee::Climb;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
@@ -251,5 +254,47 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
     let help = told(&output(&["--help"]));
     for word in ["Examples:", "Exit codes:", "invalid", "knee", "soak", "schedule_lag_ms"] {
         assert!(help.contains(word), "--help does not say {word}");
+    }
+}
+
+/// A server that answers every greeting with a refusal.
+fn refusing(refusal: Refusal) -> (SocketAddr, tokio::runtime::Runtime) {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+    let listening = runtime.block_on(async {
+        let config = server_config(Certificate::fresh().unwrap()).unwrap();
+        quinn::Endpoint::server(config, "127.0.0.1:0".parse().unwrap()).unwrap()
+    });
+    let address = listening.local_addr().unwrap();
+    runtime.spawn(async move {
+        while let Some(incoming) = listening.accept().await {
+            let refusal = refusal.clone();
+            tokio::spawn(async move {
+                let Ok(connection) = incoming.await else { return };
+                let Ok((mut answer, _greeting)) = connection.accept_bi().await else { return };
+                let notice = protocol::frame(&protocol::encode(&Notice::Refused(refusal)));
+                answer.write_all(&notice).await.unwrap();
+                connection.closed().await;
+            });
+        }
+    });
+    (address, runtime)
+}
+
+#[test]
+fn who_is_refused_for_one_reason_is_told_it_and_does_not_wait_for_the_end_of_the_run() {
+    let version = Refusal::Version { server: VERSION + 1, client: VERSION };
+    for (refusal, words) in [
+        (version, vec![format!("version {}", VERSION + 1), format!("this program version {VERSION}"), "update".into()]),
+        (Refusal::Locked, vec!["locked".into()]),
+        (Refusal::Code, vec!["not the code".into()]),
+    ] {
+        let (address, _serving) = refusing(refusal);
+        let address = address.to_string();
+        let arguments = ["--server", &address, "--code", "K7QM-3XPD", "--potters", "3", "--duration", "3000"];
+        let done = output(&arguments);
+        let said = told(&done);
+        assert!(!done.status.success() && done.status.code() != Some(99), "{said}");
+        let line = said.lines().find(|line| line.contains("nobody could come in")).unwrap_or_else(|| panic!("{said}"));
+        assert!(words.iter().all(|word| line.contains(word.as_str())), "{line}");
     }
 }

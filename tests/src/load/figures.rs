@@ -3,6 +3,7 @@
 //! Owns histograms and counters, gathered by the second; judges nothing.
 //! Invariant: what one second's tally holds is in no other.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -130,6 +131,8 @@ pub struct Recorder {
     round_trip_us: AtomicU64,
     /// People who are in.
     people: AtomicI64,
+    /// Why people could not come in, and how often.
+    reasons: Mutex<BTreeMap<String, u64>>,
 }
 
 impl Default for Recorder {
@@ -139,11 +142,15 @@ impl Default for Recorder {
             earliest_us: AtomicI64::new(i64::MAX),
             round_trip_us: AtomicU64::new(u64::MAX),
             people: AtomicI64::new(0),
+            reasons: Mutex::default(),
         }
     }
 }
 
 impl Recorder {
+    /// Reasons that are told apart.
+    const REASONS_MAX: usize = 16;
+
     /// Counts something of person `number`.
     pub fn count(&self, number: usize, change: impl FnOnce(&mut Tally)) {
         let shard = &self.shards[number % self.shards.len()];
@@ -158,6 +165,29 @@ impl Recorder {
             all.add(&std::mem::take(&mut *shard.lock().unwrap_or_else(PoisonError::into_inner)));
         }
         all
+    }
+
+    /// Takes in why somebody could not come in.
+    pub fn refuse(&self, reason: String) {
+        let mut reasons = self.reasons.lock().unwrap_or_else(PoisonError::into_inner);
+        if reasons.len() < Self::REASONS_MAX || reasons.contains_key(&reason) {
+            *reasons.entry(reason).or_default() += 1;
+        }
+    }
+
+    /// Why people could not come in, in a line, the most frequent reason first; none where everybody could.
+    #[must_use]
+    pub fn refusals(&self) -> Option<String> {
+        let reasons = self.reasons.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reasons: Vec<_> = reasons.iter().collect();
+        reasons.sort_by_key(|(_, times)| std::cmp::Reverse(**times));
+        match reasons.as_slice() {
+            [] => None,
+            [(reason, _)] => Some((*reason).clone()),
+            many => Some(
+                many.iter().map(|(reason, times)| format!("{times} times: {reason}")).collect::<Vec<_>>().join("; "),
+            ),
+        }
     }
 
     /// Takes in a round trip that was measured.

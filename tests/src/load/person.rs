@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use pottery_client::rehearsal::dice::Dice;
 use pottery_client::stroke::Stroke;
-use pottery_client::{Arrival, JoinError, Joined, Target, join};
+use pottery_client::{Arrival, Joined, Target, join};
 use pottery_shared::protocol::{
     self, CONTROL_MAX, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX, KEYFRAME_MAX, Keyframe, Notice, Pulse, Request,
 };
@@ -231,7 +231,7 @@ impl Person {
         let (joined, (answer, server, round_trip, full)) = match opened.await {
             Ok(opened) => opened,
             Err(error) => {
-                report(&error);
+                studio.recorder.refuse(error.to_string());
                 return None;
             }
         };
@@ -545,9 +545,4 @@ fn decoded(answer: &[u8], (wheel, detail): Subject, keyframe: &[u8]) -> Option<u
 async fn at_stage(stage: &mut watch::Receiver<Stage>, wanted: Stage) {
     // whoever says it may be gone with the run
     drop(stage.wait_for(|stage| *stage >= wanted).await);
-}
-
-/// A join that fails is counted; why is only told to whoever wants to know.
-fn report(error: &JoinError) {
-    tracing::debug!(%error, "somebody could not come in");
 }

@@ -28,6 +28,8 @@ use super::threshold::Threshold;
 
 /// People who share a socket.
 const PEOPLE_A_SOCKET: u32 = 16;
+/// Time after which a run in which somebody was turned away and nobody has come in is given up, s.
+const HOPES_S: f64 = 10.0;
 /// Time in which the last presses are confirmed.
 const SETTLE_WITHIN: Duration = Duration::from_secs(5);
 /// Time in which everybody compares their clay, and more for every person.
@@ -86,9 +88,15 @@ pub enum RunError {
     /// Interrupted by a person.
     #[error("interrupted")]
     Interrupted,
-    /// The server went away.
-    #[error("nobody could come in: is the server there, is it full, and is that its code?")]
-    Nobody,
+    /// Nobody came in.
+    #[error("nobody could come in: {reasons}")]
+    Nobody {
+        /// What they were told.
+        reasons: String,
+    },
+    /// The server that was started went away.
+    #[error("the server that was started is gone")]
+    Gone,
 }
 
 /// Goes through a plan.
@@ -130,7 +138,7 @@ async fn work(
     let (address, code) = match &options.against {
         Against::Running { address, code } => (address.clone(), code.clone()),
         Against::Spawned(_) => {
-            spawned.map(|host| (host.address.to_string(), host.code.clone())).ok_or(RunError::Nobody)?
+            spawned.map(|host| (host.address.to_string(), host.code.clone())).ok_or(RunError::Gone)?
         }
     };
     let sockets = plan.people().div_ceil(PEOPLE_A_SOCKET).max(1);
@@ -276,6 +284,12 @@ impl<'a> Watched<'a> {
                 self.ages[usize::from(is_besieged)].add(&tally);
             }
             joins.add(&tally.join_us).expect("all histograms have the same bounds");
+            if at_s >= HOPES_S
+                && joins.is_empty()
+                && let Some(reasons) = self.studio.recorder.refusals()
+            {
+                return Err(RunError::Nobody { reasons });
+            }
             self.read(&tally, at_s, until_s, is_measured);
             if is_measured {
                 self.total.add(&tally);
@@ -289,9 +303,12 @@ impl<'a> Watched<'a> {
         }
         // people come before the measured time, and their joins are of interest all the same
         self.total.join_us = joins;
+        let refusals = self.studio.recorder.refusals();
         if self.studio.plan.people() > 0 && self.total.join_us.is_empty() {
-            return Err(RunError::Nobody);
+            let reasons = refusals.unwrap_or_else(|| "nobody was answered".into());
+            return Err(RunError::Nobody { reasons });
         }
+        self.result.said.extend(refusals.map(|reasons| format!("somebody could not come in: {reasons}")));
         self.summarise();
         Ok(())
     }
