@@ -37,7 +37,7 @@ fn odd_lessons(method: MethodKind) -> impl Iterator<Item = Learnt> {
     each.flat_map(move |lesson| lessons(method, lesson))
 }
 
-/// Least energy of a student's hand, mJ, over every way of guiding, in clay, with devices that are 0 and 2 ms late.
+/// Least energy at both ports, mJ, over every way of guiding, in clay, with devices that are 0 and 2 ms late.
 pub(super) fn energy(method: MethodKind) -> f64 {
     let ways = WAYS.into_iter().flat_map(|(_, guidance)| {
         [0.0, 2e-3].map(|delay_s| Lesson { delay_s, ..lesson(guidance, Fate::GoesOn, Some(DEPTH_M)) })
@@ -115,13 +115,15 @@ impl Row for GuidanceFigures {
         "largest_guidance_n",
         "largest_rise_n",
         "least_energy_mj",
-        "without_what_was_granted_mj",
+        "teacher_gave_mj",
+        "done_on_student_mj",
         "late_ms",
     ];
 
     fn cells(&self) -> Vec<Cell> {
-        let Learnt { tool_rms_mm, hand_rms_mm, guidance_n, jolt_n, energy_mj, ungranted_mj, late_ms } = self.learnt;
-        let figures = [tool_rms_mm, hand_rms_mm, guidance_n, jolt_n, energy_mj, ungranted_mj, late_ms];
+        let Learnt { tool_rms_mm, hand_rms_mm, guidance_n, jolt_n, late_ms, .. } = self.learnt;
+        let Learnt { energy_mj, teacher_mj, student_mj, .. } = self.learnt;
+        let figures = [tool_rms_mm, hand_rms_mm, guidance_n, jolt_n, energy_mj, teacher_mj, student_mj, late_ms];
         let names = [self.way.into(), self.grip.name.into(), self.on_clay.into()];
         names.into_iter().chain(figures.map(Cell::from)).collect()
     }

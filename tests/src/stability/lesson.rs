@@ -26,9 +26,8 @@ const LINE: Quality = Quality {
     duplicates: 0.01,
     rate: None,
 };
-/// Damper against which a teacher leads, N·s/m, and what a lead begins with, J; both as in `shared/src/haptics/guidance/tank.rs`.
+/// Damper against which a teacher leads, N·s/m, as in `shared/src/haptics/guidance/tank.rs`.
 const LEADING_NS_M: f64 = 4.0;
-const GRANTED_J: f64 = 0.03;
 /// How long a lesson takes, from when the student's errors count, and when the teacher's fate comes, ms.
 const LENGTH_MS: u64 = 12_000;
 const COUNTS_MS: u64 = 2000;
@@ -84,10 +83,13 @@ pub struct Learnt {
     pub guidance_n: f64,
     /// Largest rise of the whole force in a tick, N: what runs out or ends does so at once.
     pub jolt_n: f64,
-    /// Least of what was granted and what the teacher's hand had given, less the work on the student's hand, mJ.
+    /// Least of what had come in at both devices' ports, mJ: the work of the teacher's hand on hers, less that of the student's on the
+    /// student's. `E(t) = ∫(F_T·v_T − F_S·v_S)·dt`, and nothing was granted at first: below zero, guidance had made energy.
     pub energy_mj: f64,
-    /// The same without what was granted.
-    pub ungranted_mj: f64,
+    /// What the teacher's hand has given at her device until the end, and what was done on the student's at theirs, mJ.
+    pub teacher_mj: f64,
+    /// The same at the student's device; what the student's hand has done against it counts below zero.
+    pub student_mj: f64,
     /// How old the teacher's place was when it was felt, on average, ms.
     pub late_ms: f64,
 }
@@ -244,8 +246,9 @@ impl Sums {
             hand_rms_mm: root_mm(self.hand_m2),
             guidance_n: self.guidance_n,
             jolt_n: self.jolt_n,
-            energy_mj: (self.least_j + GRANTED_J) * 1e3,
-            ungranted_mj: self.least_j * 1e3,
+            energy_mj: self.least_j * 1e3,
+            teacher_mj: self.teacher_j * 1e3,
+            student_mj: self.work_j * 1e3,
             late_ms: self.late_s / self.counted * 1e3,
         }
     }

@@ -11,25 +11,19 @@ use crate::units::Seconds;
 /// Into it goes what the teacher's hand gives: while she leads she moves against a damper of b = 4 N·s/m, of which her device lets
 /// her feel as much as it renders, and of her way only what was heard of counts: `b·Δx²/Δt` for every two places, which is no more
 /// than `∫b·v²·dt` of any way between them, whatever was lost. Out of it goes all work that guidance does on the student's hand; what
-/// the student does against guidance goes in. It begins with [`Tank::BEGINS_J`], granted once a lead, with which a hand is fetched.
+/// the student does against guidance goes in. It begins empty: a hand is fetched with what the teacher has given on her way there.
 ///
-/// So `work done on the student ≤ 30 mJ + work that the teacher has done`, however late anything comes.
-#[derive(Clone, Copy, Debug)]
+/// So `work done on the student ≤ work that the teacher has done`, however late anything comes: teacher's device, network and student's
+/// device together are a passive two-port, `∫(F_T·v_T − F_S·v_S)·dt ≥ 0` from the beginning on, which is what a passivity observer of
+/// teleoperation counts (Ryu, Kwon and Hannaford 2004; over delays Artigas, Ryu and Preusche 2010).
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tank {
     stored_j: f32,
-}
-
-impl Default for Tank {
-    fn default() -> Self {
-        Self { stored_j: Self::BEGINS_J }
-    }
 }
 
 impl Tank {
     /// Damper against which the teacher moves, N·s/m.
     pub(super) const LEADING_NS_M: f32 = 4.0;
-    /// What a lead begins with, J: that much takes a hand 4 cm with 0.8 N.
-    pub(super) const BEGINS_J: f32 = 0.03;
     /// More than this is not kept, J: what is paid in today is not for pushing tomorrow.
     const MOST_J: f32 = 0.06;
     /// Below this, guidance fades with what is left, J: what may be on its way to a device that is 5 ms late.
