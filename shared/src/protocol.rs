@@ -23,7 +23,7 @@ pub use class::{
 };
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
-pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, TargetWire};
+pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, ProgressWire, TargetWire};
 pub use messages::{
     Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
     Notice, POT_PIECE, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight,
@@ -38,7 +38,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 15;
+pub const VERSION: u16 = 16;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.

@@ -13,6 +13,7 @@ mod journal;
 mod orders;
 mod people;
 mod pieces;
+mod progress;
 mod replay;
 mod rights;
 mod telling;
@@ -454,6 +455,7 @@ impl Room {
             if SnapshotClock::is_due(self.now) {
                 self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
             }
+            self.compare_next();
             self.now = self.now.next();
         }
         self.busy.retain(|&place| self.benches[place].has_work());

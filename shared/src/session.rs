@@ -28,7 +28,7 @@ mod watcher;
 mod welcome;
 
 pub use allowance::Allowance;
-pub use class::{ClassEvent, ClassView, greeting};
+pub use class::{ClassEvent, ClassView, Progress, greeting};
 pub use client::Client;
 pub use events::{ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use guidance::{

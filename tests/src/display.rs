@@ -257,6 +257,8 @@ pub struct Controls<'a> {
 impl Controls<'_> {
     /// Rows of pixels in which a control can be clicked on: between the window's top and the line of figures at its foot.
     const SEEN: std::ops::Range<i32> = 40..640;
+    /// Above this row, a menu has room below.
+    const MENU: i32 = 420;
 
     /// All of them, as they were drawn last.
     #[must_use]
@@ -271,13 +273,31 @@ impl Controls<'_> {
         named.max_by_key(|control| control.place[1])
     }
 
+    /// What is said that begins so.
+    #[must_use]
+    pub fn says(&self, begin: &str) -> Option<String> {
+        self.all().into_iter().find(|control| control.name.starts_with(begin)).map(|control| control.name)
+    }
+
     /// Clicks on the control whose words begin so, once it lies still; turns the mouse wheel until it is seen.
     ///
     /// # Panics
     /// When there is none for a minute.
     pub fn press(&self, name: &str) {
+        self.press_within(name, Self::SEEN);
+    }
+
+    /// The same with one that opens a menu, which is to have room below it.
+    ///
+    /// # Panics
+    /// When there is none for a minute.
+    pub fn open(&self, name: &str) {
+        self.press_within(name, Self::SEEN.start..Self::MENU);
+    }
+
+    fn press_within(&self, name: &str, rows: std::ops::Range<i32>) {
         let deadline = Instant::now() + Duration::from_secs(60);
-        let mut before = None;
+        let (mut before, mut turned) = (None, None);
         loop {
             assert!(Instant::now() < deadline, "there is no '{name}': {:#?}", self.all());
             let found = self.find(name);
@@ -285,7 +305,9 @@ impl Controls<'_> {
             before.clone_from(&found);
             if let Some(control) = found.filter(|_| is_still) {
                 let (x, y) = control.middle();
-                if Self::SEEN.contains(&y) {
+                // what the mouse wheel does not move any more is as high as it gets
+                let is_last = turned.as_ref() == Some(&control) && Self::SEEN.contains(&y);
+                if rows.contains(&y) || is_last {
                     self.display.run("xdotool", &["mousemove", &x.to_string(), &y.to_string()]);
                     // that it is pointed at is seen in the next picture
                     thread::sleep(Duration::from_millis(400));
@@ -294,9 +316,10 @@ impl Controls<'_> {
                         return;
                     }
                 } else {
-                    let (x, turn) = (x.to_string(), if y < Self::SEEN.start { "4" } else { "5" });
+                    let (x, turn) = (x.to_string(), if y < rows.start { "4" } else { "5" });
                     self.display.run("xdotool", &["mousemove", &x, "340", "click", turn]);
-                    before = None;
+                    (before, turned) = (None, Some(control));
+                    thread::sleep(Duration::from_millis(300));
                 }
             }
             thread::sleep(Duration::from_millis(300));

@@ -21,6 +21,7 @@ use pottery_server::{Certificate, Server, ServerConfig, server_config};
 use pottery_shared::clay::{Form, PotSpec, Target as Profile};
 use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode};
 use pottery_shared::protocol::{GuidanceEnd, NoGuidance};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{Orientation, Shape, Tool};
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{BurstLoss, Quality};
@@ -277,8 +278,16 @@ fn whoever_ends_it_both_are_told_and_no_hand_is_held_any_longer() {
         teacher.mean(AT_M + Vec3::Z * 0.02);
         student.mean(AT_M);
         let ended = |person: &Person| person.view.lock().guidance.ended.take();
+        // who leads moves, which pays for what is felt of her
+        let lead_for = async |time_ms: u64| {
+            for step in 0..time_ms / 10 {
+                let up_m = 0.01 * (TAU * 0.01 * step as f64).sin() as f32;
+                teacher.mean(AT_M + Vec3::Z * (0.02 + up_m));
+                sleep(ms(10)).await;
+            }
+        };
         teacher.guide(&student, lead(1.0)).await;
-        sleep(ms(500)).await;
+        lead_for(2000).await;
         assert!(student.force_n().z > 0.2, "{}", student.force_n());
         // the student's own word
         student.status.end_guidance();
@@ -298,7 +307,7 @@ fn whoever_ends_it_both_are_told_and_no_hand_is_held_any_longer() {
         assert_eq!(other.shown().pair.map(|pair| pair.guidance), Some(lead(0.5)));
         // a teacher who vanishes is felt no longer than half a second, and forgotten when the connection is
         other.mean(AT_M);
-        sleep(ms(1000)).await;
+        lead_for(2000).await;
         assert!(other.force_n().z > 0.1, "{}", other.force_n());
         studio.network.cut(teacher.address, true);
         sleep(ms(800)).await;
@@ -441,6 +450,50 @@ fn a_target_comes_to_everybody_and_to_who_comes_later_until_it_is_taken_away() {
         }
         teacher.ask(GuideCommand::Target(None)).await;
         assert!([&teacher, &student, &late].iter().all(|person| person.shown().target.is_none()));
+        studio.server.stop().await;
+    });
+}
+
+#[test]
+fn a_teacher_is_told_how_far_every_wheel_is_from_the_target_and_nobody_else_is() {
+    in_virtual_time(async {
+        let mut studio = Studio::open();
+        let teacher = studio.join(1, Quality::LAN, true).await;
+        let student = studio.join(2, Quality::LAN, false).await;
+        let told = |person: &Person| {
+            let view = person.view.lock();
+            view.class.progress().iter().map(|(wheel, progress)| (*wheel, progress.clone())).collect::<Vec<_>>()
+        };
+        sleep(ms(300)).await;
+        assert!(told(&teacher).is_empty(), "there is no target yet");
+        // as high as the same clay gets in that form
+        let spec = *teacher.view.lock().pot.spec();
+        let profile = Profile::of(&PotRecord::of(&Form::Bowl.of_clay_of(spec).unwrap()).pot());
+        teacher.ask(GuideCommand::Target(Some(Box::new(profile)))).await;
+        let wanted = teacher.shown().target.unwrap();
+        let late = studio.join(1, Quality::LAN, true).await;
+        for form in [None, Some(Form::Bottle), Some(Form::Bowl)] {
+            student.commands.send(Command::NewPot(form)).await.unwrap();
+            sleep(ms(1500)).await;
+            let pots = studio.server.standing().await.unwrap().pots;
+            for person in [&teacher, &late] {
+                let told = told(person);
+                assert_eq!(told.iter().map(|(wheel, _)| *wheel).collect::<Vec<_>>(), [1, 2]);
+                for ((_, told), pot) in told.iter().zip(&pots) {
+                    // both the server and whoever looks reckon with the target as it travelled
+                    let is = wanted.deviation(pot);
+                    let told =
+                        (told.deviation.rms_m, told.deviation.most_m, told.deviation.most_at_m, told.is.height_m());
+                    assert_eq!(told, (is.rms_m, is.most_m, is.most_at_m, pot.surfaces()[0].height_m()), "{form:?}");
+                }
+            }
+            println!("{form:?}: {:.2} mm RMS", told(&teacher)[1].1.deviation.rms_m * 1e3);
+            assert!(told(&student).is_empty(), "a student knows the own pot alone");
+        }
+        // a bowl is a bowl: radii travel in steps of 4 µm and are joined by straight lines
+        assert!(told(&teacher)[1].1.deviation.rms_m < 5e-5);
+        teacher.ask(GuideCommand::Target(None)).await;
+        assert!(told(&teacher).is_empty() && told(&late).is_empty());
         studio.server.stop().await;
     });
 }

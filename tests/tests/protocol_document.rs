@@ -14,9 +14,9 @@ use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, GuidanceEnd,
     GuidanceWire, HandWire, Hello, Inputs, Keyframe, LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance,
-    NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, Pulse, PulseHead,
-    Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire,
-    TeacherToken, ToolWire, Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
+    NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, ProgressWire, Pulse,
+    PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire,
+    TargetWire, TeacherToken, ToolWire, Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
@@ -253,6 +253,11 @@ fn guidance() -> Vec<(Notice, Value)> {
     all.extend(refused.map(|(why, value)| (Notice::NoGuidance(why), json!({ "no_guidance": value }))));
     all.push((Notice::Target(Some(target())), json!({ "target": target_value() })));
     all.push((Notice::Target(None), json!({ "target": null })));
+    let progress = ProgressWire { wheel: 300, is: target(), rms_m: 0.0078125, most_m: 0.015625, most_at_m: 0.125 };
+    let off = json!([0.0078125, 0.015625, 0.125]);
+    let value = json!({ "progress": [{ "wheel": 300, "is": target_value(), "off": off }] });
+    all.push((Notice::Progress(vec![progress]), value));
+    all.push((Notice::Progress(vec![]), json!({ "progress": [] })));
     all
 }
 

@@ -83,7 +83,7 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         until(&student, "the student is told", |view| !view.class.may_press()).await;
         window.press("Thaw");
         until(&witness, "no wheel is frozen", |view| wheels(view, |info| info.is_frozen, [false; 2])).await;
-        window.press("all wheels");
+        window.open("all wheels");
         window.press("wheel 2");
         window.press("Freeze");
         until(&witness, "wheel 2 alone is frozen", |view| wheels(view, |info| info.is_frozen, [false, true])).await;
@@ -98,24 +98,24 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
 
         let before = server.standing().await.unwrap().digests;
         assert_eq!(before[0], before[1], "nobody has pressed");
-        window.press("Same pot");
+        window.open("Same pot");
         window.press("bowl");
         clay(&server, "a bowl at wheel 2", |now| now[0] == before[0] && now[1] != before[1]).await;
-        window.press("wheel 2");
+        window.open("wheel 2");
         window.press("all wheels");
-        window.press("Same pot");
+        window.open("Same pot");
         window.press("as on wheel 2");
         clay(&server, "everybody has the same bowl", |now| now[0] == now[1] && now[1] != before[1]).await;
         window.press("Take that back");
         clay(&server, "the first wheel has its pot again", |now| now[0] == before[0]).await;
 
-        window.press("…");
+        window.open("…");
         window.press("to wheel 2");
         let sits = |wheel| move |view: &View| view.class.place().is_some_and(|place| place.wheel == wheel);
         until(&student, "the student sits at wheel 2", sits(2)).await;
         until(&student, "and is connected", |view| view.link == Link::Open).await;
 
-        window.press("choose a student");
+        window.open("choose a student");
         window.press(&format!("potter {number}"));
         window.press("guide (N)");
         let led = |mode| move |view: &View| view.guidance.pair.is_some_and(|pair| pair.guidance.mode() == mode);
@@ -129,6 +129,31 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         // which the student can always end
         assert!(student.command(Command::Guide(GuideCommand::End)));
         until(&student, "the student is free again", |view| view.guidance.pair.is_none()).await;
+
+        window.open("what the pot is to become");
+        window.press("bottle");
+        until(&student, "the student knows what the pot is to become", |view| view.guidance.target.is_some()).await;
+        let wanted = student.view().lock().guidance.target.clone().unwrap();
+        let name = student.view().lock().class.place().unwrap().name;
+        let deadline = Instant::now() + PATIENCE;
+        while window.says("wheel 2, ").is_none() {
+            assert!(Instant::now() < deadline, "the table is not there: {:#?}", window.all());
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        for (form, rms_mm) in [("cylinder", 1.0..f64::INFINITY), ("bottle", 0.0..0.06)] {
+            window.open("Same pot");
+            window.press(form);
+            let deadline = Instant::now() + PATIENCE;
+            loop {
+                let is_mm = 1e3 * f64::from(wanted.deviation(&server.standing().await.unwrap().pots[1]).rms_m);
+                let said = format!("wheel 2, {name}: off by {is_mm:.1} mm RMS");
+                if window.says(&said).is_some() && rms_mm.contains(&is_mm) {
+                    break println!("{said}");
+                }
+                assert!(Instant::now() < deadline, "{said}: {:#?}", window.all());
+                tokio::time::sleep(Duration::from_millis(100)).await;
+            }
+        }
 
         window.press("locked");
         until(&witness, "the door is locked", |view| class(view, |class| class.is_locked)).await;

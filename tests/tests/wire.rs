@@ -8,8 +8,9 @@ use pottery_shared::protocol::{
     self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
     Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, LeadWire,
     MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, POT_PIECE, Pass, PersonWire, PlaceWire,
-    PotOf, PotWire, Presence, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role,
-    Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome, WheelInfo, WheelWire,
+    PotOf, PotWire, Presence, ProgressWire, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken,
+    Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome,
+    WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -227,6 +228,7 @@ fn notice() -> impl Strategy<Value = Notice> {
             Notice::Guidance(LeadWire { teacher, student, guidance: GuidanceWire { mode, strength } })
         }),
         target().prop_map(Notice::Target),
+        prop::collection::vec(progress(), 0..3).prop_map(Notice::Progress),
         (person(), any::<(bool, Option<[u8; 16]>)>()).prop_map(|(person, (may_press, resume))| {
             let PersonWire { client, role, name, wheel, .. } = person;
             let resume = resume.map(ResumeToken);
@@ -250,6 +252,12 @@ fn news() -> impl Strategy<Value = NewsOf> {
         (any::<u64>(), clay()).prop_map(|(from, clay)| NewsOf::Clay { from, clay }),
         (any::<u8>(), mesh()).prop_map(|(shape, mesh)| NewsOf::Tool { shape, mesh }),
     ]
+}
+
+fn progress() -> impl Strategy<Value = ProgressWire> {
+    let is = target().prop_filter_map("a profile", |target| target);
+    (any::<u16>(), is, prop::array::uniform3(-1e3_f32..1e3))
+        .prop_map(|(wheel, is, [rms_m, most_m, most_at_m])| ProgressWire { wheel, is, rms_m, most_m, most_at_m })
 }
 
 fn target() -> impl Strategy<Value = Option<TargetWire>> {

@@ -26,7 +26,7 @@ impl Worker {
                 self.side.status().hold(true);
             }
             ClassEvent::NoOrder(reason) => view.no_order = Some(reason),
-            ClassEvent::People | ClassEvent::Class => {}
+            ClassEvent::People | ClassEvent::Class | ClassEvent::Progress => {}
         }
         view.class.clone_from(class);
     }

@@ -76,6 +76,21 @@ pub enum NoGuidance {
     Unknown,
 }
 
+/// How far the pot of a wheel is from what it is to become, m; told to who teaches.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub struct ProgressWire {
+    /// The number of the wheel, from 1.
+    pub wheel: u16,
+    /// The profile of its pot.
+    pub is: TargetWire,
+    /// Root of the mean of the squares.
+    pub rms_m: f32,
+    /// The largest, and the height at which it is.
+    pub most_m: f32,
+    /// The height of the largest.
+    pub most_at_m: f32,
+}
+
 /// What pots are to become: the radius at even heights from foot to rim.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct TargetWire {

@@ -9,7 +9,7 @@ use bincode::{Decode, Encode};
 
 use super::{
     ClassWire, GuidanceEnd, GuidanceWire, HandWire, LeadWire, NewsWire, NoGuidance, NoOrder, Order, Pass, PersonWire,
-    PlaceWire, SightName, Steps, TargetWire,
+    PlaceWire, ProgressWire, SightName, Steps, TargetWire,
 };
 
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
@@ -401,6 +401,8 @@ pub enum Notice {
     Target(Option<TargetWire>),
     /// What everybody at a wheel was told, for those who look on closely.
     News(NewsWire),
+    /// How far pots are from what they are to become, of some wheels, for teachers; of none when there is no target any more.
+    Progress(Vec<ProgressWire>),
 }
 
 /// A tool and how it is turned.

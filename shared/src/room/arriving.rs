@@ -124,6 +124,9 @@ impl Room {
             (Purpose::Works { .. }, None) => {}
         }
         self.tell_place(client, resume);
+        if self.has_target() && self.people.person(client).is_some_and(|person| person.role == Role::Teacher) {
+            self.begin_progress();
+        }
     }
 
     fn seat_viewer(&mut self, peer: PeerId, bytes_per_s: u32) {

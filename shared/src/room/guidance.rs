@@ -6,6 +6,7 @@
 
 use alloc::vec::Vec;
 
+use super::progress::Progress;
 use super::{Lane, PeerId, Room, Transmit};
 use crate::protocol::{
     GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, Notice, Request, ShapeWire, TargetWire,
@@ -24,7 +25,8 @@ struct Lead {
 #[derive(Debug, Default)]
 pub(super) struct Leads {
     leads: Vec<Lead>,
-    target: Option<TargetWire>,
+    pub(super) target: Option<TargetWire>,
+    pub(super) progress: Progress,
 }
 
 impl Room {
@@ -101,6 +103,7 @@ impl Room {
             return Err(NoGuidance::Unknown);
         }
         self.guidance.target = target;
+        self.begin_progress();
         let everybody: Vec<_> = self.places.keys().copied().collect();
         for to in everybody {
             self.tell_target(to);

@@ -6,7 +6,11 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-use crate::protocol::{self, ClassWire, Greeting, Hello, NoOrder, Notice, PersonWire, PlaceWire, ResumeToken};
+use super::target_of;
+use crate::clay::{Deviation, Target};
+use crate::protocol::{
+    self, ClassWire, Greeting, Hello, NoOrder, Notice, PersonWire, PlaceWire, ProgressWire, ResumeToken,
+};
 
 /// What a client of this kind greets with.
 #[must_use]
@@ -28,15 +32,37 @@ pub enum ClassEvent {
     Come,
     /// What it ordered was not done.
     NoOrder(NoOrder),
+    /// How far pots are from what they are to become.
+    Progress,
 }
 
 /// The lesson as a client knows it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClassView {
     place: Option<PlaceWire>,
     resume: Option<ResumeToken>,
     people: BTreeMap<u16, PersonWire>,
     class: Option<ClassWire>,
+    progress: BTreeMap<u16, Progress>,
+}
+
+/// How far the pot of a wheel is from what it is to become, as a teacher was told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// The profile of that pot.
+    pub is: Target,
+    /// How far it is.
+    pub deviation: Deviation,
+}
+
+impl Progress {
+    /// What was told, if it can be.
+    fn of(wire: &ProgressWire) -> Option<Self> {
+        let ProgressWire { rms_m, most_m, most_at_m, .. } = *wire;
+        let is_sound = [rms_m, most_m, most_at_m].iter().all(|length_m| (0.0..10.0).contains(length_m));
+        let is = target_of(&wire.is).filter(|_| is_sound)?;
+        Some(Self { is, deviation: Deviation { rms_m, most_m, most_at_m, higher_m: 0.0 } })
+    }
 }
 
 impl ClassView {
@@ -59,6 +85,15 @@ impl ClassView {
             }
             Notice::Come { .. } => Some(ClassEvent::Come),
             Notice::NoOrder(reason) => Some(ClassEvent::NoOrder(reason)),
+            Notice::Progress(told) => {
+                if told.is_empty() {
+                    self.progress.clear();
+                }
+                for told in &told {
+                    self.progress.insert(told.wheel, Progress::of(told)?);
+                }
+                Some(ClassEvent::Progress)
+            }
             _ => None,
         }
     }
@@ -84,6 +119,12 @@ impl ClassView {
     /// Those it may know of, by number, itself included.
     pub fn people(&self) -> impl Iterator<Item = &PersonWire> {
         self.people.values()
+    }
+
+    /// How far the pots are from what they are to become, by the number of the wheel, for who teaches; none without a target.
+    #[must_use]
+    pub const fn progress(&self) -> &BTreeMap<u16, Progress> {
+        &self.progress
     }
 
     /// Doors and wheels, for who teaches.

@@ -10,6 +10,7 @@ mod invitation;
 mod keys;
 mod liking;
 mod people;
+mod profiles;
 mod tool;
 
 use egui::{Align2, Color32, RichText};
@@ -192,7 +193,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     ui.separator();
     show_force(ui, state);
     ui.separator();
-    state.guidance.show(ui, &state.words);
+    state.guidance.show(ui, &state.words, &state.class);
     state.history.show(ui, &state.words);
     ui.separator();
     files.show(ui, &state.words);

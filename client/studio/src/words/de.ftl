@@ -251,4 +251,5 @@ class-lobby = Warteraum
 class-new-code = Neuer Code
 class-end = Unterricht beenden
 class-end-surely = Alle nach Hause schicken?
+class-progress = Scheibe { $wheel }, { $names }: { $rms } mm RMS daneben, höchstens { $most } mm
 class-held = im Moment zählt hier kein Druck: schau zu

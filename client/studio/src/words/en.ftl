@@ -251,4 +251,5 @@ class-lobby = lobby
 class-new-code = New code
 class-end = End the lesson
 class-end-surely = Send everybody home?
+class-progress = wheel { $wheel }, { $names }: off by { $rms } mm RMS, { $most } mm at most
 class-held = at the moment nobody's press counts here: look on

@@ -5,24 +5,24 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{Color32, RichText, Stroke, pos2};
+use egui::RichText;
 use pottery_client::boundary::{GuidedFigures, Status};
 use pottery_client::guiding::{GuidanceShown, GuideCommand, SPEEDS};
 use pottery_client::view::View;
 use pottery_shared::clay::{Deviation, Form, PotSpec, Target};
 use pottery_shared::haptics::{Guidance as How, GuidanceMode};
 use pottery_shared::protocol::{GuidanceEnd, NoGuidance, Role};
+use pottery_shared::snapshot::PotRecord;
 
-use super::WIDTH;
+use super::{People, WIDTH, profiles};
 use crate::words::Words;
 
 /// How long a sentence stays.
 const SAID_FOR: Duration = Duration::from_secs(5);
 /// Time between two looks at how far the pot is from what it is to become.
 const COMPARE_EVERY: Duration = Duration::from_millis(250);
-/// Height of the picture of both profiles, points, and the deviation that is drawn darkest, m.
+/// Height of the picture of both profiles, points.
 const PICTURE: f32 = 130.0;
-const FAR_M: f32 = 0.005;
 
 /// Whose hand guides whom, from this window's side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,6 +58,8 @@ pub(in crate::window) struct Guidance {
     /// Those who can be guided.
     students: Vec<u16>,
     student: Option<u16>,
+    /// What the own wheel's pot was made from.
+    spec: PotSpec,
     mode: GuidanceMode,
     percent: u8,
     speed: f64,
@@ -77,6 +79,7 @@ impl Default for Guidance {
             teaches: false,
             students: Vec::new(),
             student: None,
+            spec: PotSpec::default(),
             mode: GuidanceMode::Lead,
             percent: 50,
             speed: 1.0,
@@ -95,6 +98,7 @@ impl Guidance {
     /// Takes in what is known of guidance.
     pub(in crate::window) fn hear(&mut self, view: &mut View, status: &Status, words: &Words) {
         self.shown = view.guidance.clone();
+        self.spec = *view.pot.spec();
         self.figures = status.guided();
         self.teaches = view.class.place().is_some_and(|place| place.role == Role::Teacher);
         self.part = match self.shown.pair {
@@ -186,8 +190,8 @@ impl Guidance {
         }
     }
 
-    /// Lays the controls out.
-    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
+    /// Lays the controls out; `people` are those of the lesson.
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words, people: &People) {
         let is_shown = self.teaches || self.part != Part::None || self.compared.is_some() || self.said.is_some();
         if !is_shown {
             return;
@@ -209,6 +213,7 @@ impl Guidance {
         }
         if let Some((_, comparison)) = &self.compared {
             show_comparison(ui, words, comparison);
+            people.show_progress(ui, words, &comparison.target);
         }
         ui.separator();
     }
@@ -296,11 +301,11 @@ impl Guidance {
                 }
             }
             for form in Form::ALL {
-                let made = form.of_clay_of(PotSpec::default());
-                if ui.button(words.say(&format!("form-{}", form.name()))).clicked()
-                    && let Ok(pot) = made
-                {
-                    self.aim_at(Target::of(&pot));
+                if ui.button(words.say(&format!("form-{}", form.name()))).clicked() {
+                    if let Ok(pot) = form.of_clay_of(self.spec) {
+                        // as high as the same clay gets in that form
+                        self.aim_at(Target::of(&PotRecord::of(&pot).pot()));
+                    }
                     ui.close();
                 }
             }
@@ -338,27 +343,5 @@ fn show_comparison(ui: &mut egui::Ui, words: &Words, comparison: &Comparison) {
         [("rms", &mm(rms_m, 1)), ("most", &mm(most_m, 1)), ("at", &mm(most_at_m, 0)), ("higher", &mm(higher_m, 0))];
     ui.label(words.say_with("target-figures", &figures.map(|(name, figure)| (name, figure.as_str()))));
     let (response, painter) = ui.allocate_painter(egui::vec2(WIDTH, PICTURE), egui::Sense::hover());
-    let (target, is) = (&comparison.target, &comparison.is);
-    let widest_m = target.radii_m().iter().chain(is.radii_m()).copied().fold(0.0, f32::max);
-    let scale = (PICTURE / target.height_m().max(is.height_m())).min(0.5 * WIDTH / widest_m) * 0.95;
-    let foot = response.rect.center_bottom();
-    let outline = |profile: &Target, sign: f32| {
-        let step_m = profile.height_m() / (Target::POINTS - 1) as f32;
-        let places = profile.radii_m().iter().enumerate();
-        places
-            .map(|(row, radius_m)| pos2(foot.x + sign * radius_m * scale, foot.y - row as f32 * step_m * scale))
-            .collect::<Vec<_>>()
-    };
-    for sign in [-1.0, 1.0] {
-        painter.extend(egui::Shape::dashed_line(&outline(target, sign), Stroke::new(1.5, Color32::GRAY), 5.0, 3.0));
-        let own = outline(is, sign);
-        let step_m = is.height_m() / (Target::POINTS - 1) as f32;
-        for (row, ends) in own.windows(2).enumerate() {
-            let off_m =
-                target.radius_m(row as f32 * step_m).map_or(FAR_M, |wanted_m| (is.radii_m()[row] - wanted_m).abs());
-            let colour = Color32::from_rgb(0x30, 0xa0, 0x60)
-                .lerp_to_gamma(Color32::from_rgb(0xd0, 0x30, 0x30), (off_m / FAR_M).min(1.0));
-            painter.line_segment([ends[0], ends[1]], Stroke::new(2.5, colour));
-        }
-    }
+    profiles::paint(&painter, response.rect, &comparison.target, &comparison.is);
 }

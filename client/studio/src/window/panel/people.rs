@@ -8,18 +8,20 @@ use std::time::{Duration, Instant};
 use egui::RichText;
 use pottery_client::Command;
 use pottery_client::view::View;
-use pottery_shared::clay::{Form, Material, Wetness};
+use pottery_shared::clay::{Deviation, Form, Material, Target, Wetness};
 use pottery_shared::protocol::{
     ClassWire, Nickname, NoOrder, Order, PersonWire, PlaceWire, PotOf, Presence, Role, WheelInfo,
 };
 use pottery_shared::session::ClassView;
 use pottery_shared::units::Tick;
 
-use super::{Person, colour_of};
+use super::{Person, colour_of, profiles};
 use crate::words::Words;
 
 /// How long a sentence stays.
 const SAID_FOR: Duration = Duration::from_secs(6);
+/// Size of the picture of a student's pot over what it is to become, points.
+const PICTURE: egui::Vec2 = egui::vec2(44.0, 44.0);
 /// How far a wheel is taken back, s.
 const BACK_S: [u64; 4] = [10, 30, 60, 300];
 
@@ -109,6 +111,27 @@ impl People {
         }
         if let Some((_, reason)) = self.said {
             ui.label(RichText::new(reason.to_string()).small());
+        }
+    }
+
+    /// How far each wheel's pot is from what it is to become, in a figure and a picture, with those who work there: for who teaches.
+    pub(super) fn show_progress(&self, ui: &mut egui::Ui, words: &Words, target: &Target) {
+        for (wheel, progress) in self.class.progress() {
+            let works = |person: &&PersonWire| person.wheel == *wheel && person.works && person.role == Role::Student;
+            let names: Vec<_> = self.class.people().filter(works).map(|person| nickname(words, person.name)).collect();
+            if names.is_empty() {
+                continue;
+            }
+            let mm = |metres: f32| words.number(f64::from(metres) * 1e3, 1);
+            let Deviation { rms_m, most_m, .. } = progress.deviation;
+            let (wheel, names) = (wheel.to_string(), names.join(", "));
+            let figures = [("wheel", wheel), ("names", names), ("rms", mm(rms_m)), ("most", mm(most_m))];
+            let said = words.say_with("class-progress", &figures.each_ref().map(|(name, said)| (*name, said.as_str())));
+            ui.horizontal(|ui| {
+                let (response, painter) = ui.allocate_painter(PICTURE, egui::Sense::hover());
+                profiles::paint(&painter, response.rect, target, &progress.is);
+                ui.add(egui::Label::new(RichText::new(said).small()).wrap());
+            });
         }
     }
 
