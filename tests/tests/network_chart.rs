@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 
 use pottery_server::recording::Recording;
 use pottery_tests::chart::network::codecs::Scheme;
-use pottery_tests::chart::network::prediction::Overlap;
+use pottery_tests::chart::network::prediction::{self, Case, Overlap};
 use pottery_tests::chart::network::{NetworkExtent, NetworkFigures, files, measure};
 use pottery_tests::chart::progress::{Piece, Progress};
 use pottery_tests::programs::{folder, program};
@@ -63,6 +63,18 @@ fn a_tool_far_away_costs_a_step_and_one_that_overlaps_is_felt() {
     assert!(p99(Overlap::Overlapping) > 20.0 * STEP_MM, "{}", p99(Overlap::Overlapping));
     // both press 2.5 mm deep at most
     assert!(CHART.figures.prediction.iter().all(|figures| figures.worst_mm[2] < 2.5), "{:?}", CHART.figures.prediction);
+}
+
+/// A welcome that was lost and said again tells an older time. A hand that stamped by it was late for five seconds, and its clay off by 0.6 mm.
+#[test]
+fn who_came_over_a_long_line_that_loses_presses_in_time_at_once() {
+    let folder = folder("network-chart-welcome");
+    for loss_percent in [1, 5, 10] {
+        let case = Case { round_trip_ms: 400, loss_percent, overlap: Overlap::Apart };
+        let figures = prediction::measure(&case, 3.0, &folder).unwrap();
+        println!("{figures:?}");
+        assert!(figures.worst_mm[1] < 3.0 * STEP_MM && figures.corrected_mm < 4.0 * STEP_MM, "{figures:?}");
+    }
 }
 
 #[test]

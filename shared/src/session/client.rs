@@ -452,9 +452,11 @@ impl Client {
     /// Takes in a datagram; false when it made no sense and was dropped.
     pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
         let Ok(pulse) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(bytes) else { return false };
+        let next = self.predictor.next_sequence();
+        self.lead.handle_tick(Tick(pulse.body.tick), now.as_millis() as u64, next, now);
         if let Some(slack) = pulse.head.slack {
             self.redundancy.handle_slack(slack, now);
-            self.lead.handle_slack(slack, pulse.head.acknowledged, self.predictor.next_sequence(), now);
+            self.lead.handle_slack(slack, pulse.head.acknowledged, next, now);
         }
         if let Some(hand) = &pulse.head.teacher
             && self.guidance.hear(hand)

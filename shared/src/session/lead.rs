@@ -22,6 +22,8 @@ pub struct Lead {
     origin: i64,
     /// The client's count of ticks at the welcome.
     welcomed: u64,
+    /// The offset with no lead, as the quickest word of the server's time told it.
+    heard: i64,
     /// The least slack in each of the last spans of time, the running one first.
     least: [Option<i16>; Self::SPANS],
     span_began: Duration,
@@ -47,6 +49,10 @@ impl Lead {
     const BACK_MAX: i64 = 4;
     /// Share of what is too much that is given back at one time.
     const BACK_SHARE: i64 = 8;
+    /// Ticks by which a welcome was slower than what came after it that count as lost and sent again: no jitter.
+    const STALE: i64 = 50;
+    /// Ticks after the welcome in which that is looked at: later it would be a clock that drifts.
+    const WELCOME_TICKS: u64 = 5000;
     /// Samples that may be on their way out of the hand when the offset changes.
     const ON_THE_WAY: u32 = 16;
     /// Spans whose least slacks are kept.
@@ -66,6 +72,7 @@ impl Lead {
             offset: origin + ahead as i64,
             origin,
             welcomed: local,
+            heard: origin,
             least: [None; Self::SPANS],
             span_began: Duration::ZERO,
             changed_at: Duration::ZERO,
@@ -77,6 +84,21 @@ impl Lead {
     #[must_use]
     pub const fn offset(&self) -> i64 {
         self.offset
+    }
+
+    /// Takes in that the server was at `server` when it sent what is here at the client's tick `local`, while `next` is the number of the next
+    /// sample.
+    ///
+    /// A welcome that was lost and sent again tells a time that is long gone. Without this a hand that presses at once is late by as much, and makes
+    /// that up a tenth of a second in a way and back.
+    pub fn handle_tick(&mut self, server: Tick, local: u64, next: u32, now: Duration) {
+        // farther ahead than this is nobody's clock, and the change is bounded anyway
+        let server = server.0.min(1 << 48) as i64;
+        let quicker = server.saturating_sub(local as i64).saturating_sub(self.heard);
+        if quicker > Self::STALE && local.saturating_sub(self.welcomed) < Self::WELCOME_TICKS {
+            self.heard += quicker;
+            self.change(quicker, next, now);
+        }
     }
 
     /// Takes in the worst slack of a pulse that acknowledges all samples below `acknowledged`, while `next` is the
@@ -160,6 +182,21 @@ mod tests {
         assert_eq!(lead.offset(), 5000 - 1400 + Lead::TARGET);
         lead.handle_slack(i16::MIN, 26, 30, Duration::from_secs(1));
         assert_eq!(lead.offset(), 3706);
+    }
+
+    #[test]
+    fn welcome_that_was_sent_again_is_made_up_for_by_the_first_pulse() {
+        let mut lead = Lead::new(1000, Tick(5000), 30);
+        for (local, server) in [(1010, 5010), (1020, 5049), (1030, 5900), (1046, 5916), (1062, 5900)] {
+            lead.handle_tick(Tick(server), local, 0, Duration::from_millis(local));
+        }
+        // the welcome was 870 ms on its way longer than the third pulse
+        assert_eq!(lead.offset(), 4000 + 30 + 870);
+        lead.handle_tick(Tick(90_000), 7000, 0, Duration::from_secs(7));
+        assert_eq!(lead.offset(), 4900);
+        let mut lead = Lead::new(1000, Tick(5000), 30);
+        lead.handle_tick(Tick(u64::MAX), 1010, 0, Duration::ZERO);
+        assert_eq!(lead.offset(), 4000 + Lead::AWAY_MAX);
     }
 
     #[test]

@@ -24,9 +24,8 @@ use crate::line::{BurstLoss, Quality};
 const WHEEL_SPEED: Rpm = Rpm(60.0);
 /// The recording of the case that is measured.
 const FILE: &str = "prediction.session";
-/// Seconds after a hand's first press from which on it is compared: the lead has found itself. Who came over a line that lost the welcome stamps
-/// too early at first.
-const SETTLES_S: f64 = 6.0;
+/// Seconds after a hand's first press from which on it is compared: the lead has found itself.
+const SETTLES_S: f64 = 1.0;
 /// Radius of the tool, and how near the surface it touches, m.
 const TOOL_M: f32 = 12e-3;
 const TOUCH_M: f32 = 0.1e-3;
