@@ -1,14 +1,14 @@
-//! What a window costs and how quick it is: the first picture, a pointer's way into the picture, a studio at rest, and what pictures do
-//! to the hand beside them.
+//! What a window costs and how quick it is: the first picture, at home and of a studio that is joined, a pointer's way into the picture, a
+//! studio at rest, and what pictures do to the hand beside them.
 //!
 //! Runs the studio on a virtual display and reads what it logs and what the system counts of its threads. Drawn by the processor where
 //! there is no card: these are then the figures of the automatic mode.
-//! `cargo bench -p pottery-tests --bench window`
+//! `cargo bench -p pottery-tests --bench window`; with `-- join`, how long joining takes and nothing else.
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
-use std::process::{Child, Command};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use pottery_tests::display::{Display, SIZE};
@@ -21,8 +21,11 @@ const DRIES: Duration = Duration::from_secs(240);
 const RESTS: Duration = Duration::from_secs(30);
 
 fn open(display: &Display) -> (Child, String) {
-    let studio =
-        display.studio_that_logs(&["--listen", "127.0.0.1:0", "--mute"], "warn,pottery_studio=debug,winit=error", &[]);
+    open_with(display, &["--listen", "127.0.0.1:0", "--mute"])
+}
+
+fn open_with(display: &Display, arguments: &[&str]) -> (Child, String) {
+    let studio = display.studio_that_logs(arguments, "warn,pottery_studio=debug,winit=error", &[]);
     let window = display.window(&[]);
     let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
     display.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);
@@ -82,8 +85,40 @@ fn threads(studio: &Child) -> BTreeMap<String, u64> {
     threads
 }
 
+/// From asking to join a studio of another process over a line as on a local network, to the first picture of its pot.
+fn join(display: &Display) {
+    let mut server = Command::new(program("pottery-server"));
+    server.args(["--listen", "127.0.0.1:0", "--no-announce", "--code", "K7QM-3XPD"]).stdout(Stdio::piped());
+    let mut server = server.spawn().expect("the server was built");
+    let said = BufReader::new(server.stdout.take().expect("its output was asked for")).lines().map_while(Result::ok);
+    let address = said.filter_map(|line| Some(format!("127.0.0.1:{}", port(line.split_once("127.0.0.1:")?.1)))).next();
+    let address = address.expect("the server says where it listens");
+    let mut took = Vec::new();
+    for _ in 0..STARTS {
+        let arguments = ["join", &address, "--code", "K7QM-3XPD", "--network", "lan", "--mute"];
+        let (studio, window) = open_with(display, &arguments);
+        let lines = close(display, &window, studio, "first picture");
+        took.extend(lines.iter().filter_map(|line| line.get("since_join_ms").copied()));
+    }
+    println!(
+        "from asking to join to the first picture, on a local network: {:.0} ms (median of {}: {took:?})",
+        median(took.clone()),
+        took.len()
+    );
+    server.kill().expect("the server runs");
+    server.wait().expect("the server ends");
+}
+
+fn port(text: &str) -> &str {
+    text.split(|letter: char| !letter.is_ascii_digit()).next().unwrap_or_default()
+}
+
 fn main() {
     let display = Display::new();
+    join(&display);
+    if std::env::args().any(|argument| argument == "join") {
+        return;
+    }
     let mut firsts = Vec::new();
     for _ in 0..STARTS {
         let (studio, window) = open(&display);

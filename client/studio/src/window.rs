@@ -114,6 +114,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         let endpoint = pottery_client::endpoint()?;
         let claim = Claim { is_raised: true, core: session.core, rate: session.rate };
         let options = PotterOptions { record: session.record.is_some(), claim };
+        app::time_join();
         Potter::join(&endpoint, &target, device, options).await
     })?;
     if let Place::Joined(target) = &session.place {

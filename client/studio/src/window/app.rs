@@ -40,6 +40,7 @@ use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
 pub(crate) use self::timing::begin as begin_timing;
+pub(super) use self::timing::join as time_join;
 
 /// Time between looks at the panel when nothing moves, and after which its figures are read again all the same.
 const LOOK_IDLE: Duration = Duration::from_millis(500);

@@ -8,12 +8,18 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-/// When the program began.
+/// When the program began, and when it asked to join.
 static BEGAN: OnceLock<Instant> = OnceLock::new();
+static ASKED: OnceLock<Instant> = OnceLock::new();
 
 /// Notes that the program begins.
 pub(crate) fn begin() {
     BEGAN.get_or_init(Instant::now);
+}
+
+/// Notes that it asks to join.
+pub(in crate::window) fn join() {
+    ASKED.get_or_init(Instant::now);
 }
 
 /// What is on its way to a picture.
@@ -33,8 +39,9 @@ impl Timing {
     /// A picture with the tool there was shown.
     pub(in crate::window) fn drawn(&mut self, tool_m: Option<Vec3>) {
         self.pictures += 1;
-        if let Some(began) = BEGAN.get().filter(|_| self.pictures == 1) {
-            tracing::debug!(ms = began.elapsed().as_millis() as u64, "first picture");
+        if let (Some(began), Some(asked), 1) = (BEGAN.get(), ASKED.get(), self.pictures) {
+            let (ms, since_join_ms) = (began.elapsed().as_millis() as u64, asked.elapsed().as_millis() as u64);
+            tracing::debug!(ms, since_join_ms, "first picture");
         }
         if let Some((at, _, before)) = self.moved.take_if(|(_, before_m, _)| *before_m != tool_m) {
             tracing::debug!(
