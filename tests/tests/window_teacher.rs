@@ -69,7 +69,6 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         let token = *server.teacher_token().unwrap();
         let (_own, witness) = sit(&Target { teacher: Some(token), ..at(2) }).await.unwrap();
         let (_own, student) = sit(&at(1)).await.unwrap();
-        let number = student.view().lock().number;
 
         let display = Display::new();
         let (address, code, token) = (server.address().to_string(), server.code().to_string(), token.to_string());
@@ -116,7 +115,8 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         until(&student, "and is connected", |view| view.link == Link::Open).await;
 
         window.open("choose a student");
-        window.press(&format!("potter {number}"));
+        let name = student.view().lock().class.place().unwrap().name;
+        window.press(&name.to_string());
         window.press("guide (N)");
         let led = |mode| move |view: &View| view.guidance.pair.is_some_and(|pair| pair.guidance.mode() == mode);
         until(&student, "the student is led", led(GuidanceMode::Lead)).await;
@@ -134,7 +134,6 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         window.press("bottle");
         until(&student, "the student knows what the pot is to become", |view| view.guidance.target.is_some()).await;
         let wanted = student.view().lock().guidance.target.clone().unwrap();
-        let name = student.view().lock().class.place().unwrap().name;
         let deadline = Instant::now() + PATIENCE;
         while window.says("wheel 2, ").is_none() {
             assert!(Instant::now() < deadline, "the table is not there: {:#?}", window.all());

@@ -21,6 +21,7 @@ mod words;
 
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::Parser;
 use pottery_client::device::survey;
 
@@ -74,8 +75,10 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Mode::Window(session) => match window::run(&session)? {
             window::Ended::ByPerson => Ok(()),
             window::Ended::NoDisplay(reason) => {
-                eprintln!("pottery-studio: no window can be opened here ({reason}); working headless instead");
-                headless::run(&arguments.headless_session()?)
+                let no_window = format!("no window can be opened here ({reason})");
+                let session = arguments.headless_session().context(no_window.clone())?;
+                eprintln!("pottery-studio: {no_window}; working headless instead");
+                headless::run(&session)
             }
         },
     }

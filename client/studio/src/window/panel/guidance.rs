@@ -3,6 +3,7 @@
 //! Owns what the person asks for until it is sent, and the figures; who may guide is the room's to say.
 //! Invariant: who is guided always sees how to let go; a sentence stays for [`SAID_FOR`] and no longer.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use egui::RichText;
@@ -11,10 +12,10 @@ use pottery_client::guiding::{GuidanceShown, GuideCommand, SPEEDS};
 use pottery_client::view::View;
 use pottery_shared::clay::{Deviation, Form, PotSpec, Target};
 use pottery_shared::haptics::{Guidance as How, GuidanceMode};
-use pottery_shared::protocol::{GuidanceEnd, NoGuidance, Role};
+use pottery_shared::protocol::{GuidanceEnd, Nickname, NoGuidance, Role};
 use pottery_shared::snapshot::PotRecord;
 
-use super::{People, WIDTH, profiles};
+use super::{People, WIDTH, nickname, profiles};
 use crate::words::Words;
 
 /// How long a sentence stays.
@@ -55,8 +56,9 @@ pub(in crate::window) enum Wanted {
 pub(in crate::window) struct Guidance {
     part: Part,
     teaches: bool,
-    /// Those who can be guided.
+    /// Those who can be guided, and what everybody is called.
     students: Vec<u16>,
+    names: BTreeMap<u16, Nickname>,
     student: Option<u16>,
     /// What the own wheel's pot was made from.
     spec: PotSpec,
@@ -78,6 +80,7 @@ impl Default for Guidance {
             part: Part::None,
             teaches: false,
             students: Vec::new(),
+            names: BTreeMap::new(),
             student: None,
             spec: PotSpec::default(),
             mode: GuidanceMode::Lead,
@@ -106,7 +109,8 @@ impl Guidance {
             Some(pair) if pair.student == view.number => Part::Student,
             Some(_) => Part::Teacher,
         };
-        let others = view.class.people().filter(|person| person.client != view.number && person.works);
+        self.names = view.class.people().map(|person| (person.client, person.name)).collect();
+        let others = view.class.people().filter(|person| person.role == Role::Student && person.works);
         self.students = others.map(|person| person.client).collect();
         self.student = self.student.filter(|student| self.students.contains(student));
         let ended = view.guidance.ended.take().map(|why| words.say(ended(why)));
@@ -220,9 +224,10 @@ impl Guidance {
 
     fn show_student(&mut self, ui: &mut egui::Ui, words: &Words) {
         let Some(pair) = self.shown.pair else { return };
-        let (number, mode) = (pair.teacher.to_string(), words.say(&format!("guide-{}", pair.guidance.mode().name())));
+        let (name, mode) =
+            (name_in(&self.names, words, pair.teacher), words.say(&format!("guide-{}", pair.guidance.mode().name())));
         let percent = words.number(f64::from(pair.guidance.strength() * 100.0), 0);
-        ui.label(words.say_with("guided-by", &[("number", &number), ("mode", &mode), ("percent", &percent)]));
+        ui.label(words.say_with("guided-by", &[("name", &name), ("mode", &mode), ("percent", &percent)]));
         if let Some(figures) = self.figures {
             let (apart, late) = (f64::from(figures.error_m) * 1e3, f64::from(figures.late_s) * 1e3);
             let (apart, late) = (words.number(apart, 1), words.number(late, 0));
@@ -242,7 +247,8 @@ impl Guidance {
     }
 
     fn show_teacher(&mut self, ui: &mut egui::Ui, words: &Words) {
-        let named = |student: u16| words.say_with("potter", &[("number", &student.to_string())]);
+        let names = self.names.clone();
+        let named = |student: u16| name_in(&names, words, student);
         let chosen = self.student.map_or_else(|| words.say("guide-nobody"), named);
         egui::ComboBox::from_id_salt("student").selected_text(chosen).show_ui(ui, |ui| {
             for student in &self.students {
@@ -315,6 +321,12 @@ impl Guidance {
             }
         });
     }
+}
+
+/// What somebody is called, by the number as long as the name was not told.
+fn name_in(names: &BTreeMap<u16, Nickname>, words: &Words, client: u16) -> String {
+    let number = || words.say_with("potter", &[("number", &client.to_string())]);
+    names.get(&client).map_or_else(number, |name| nickname(words, *name))
 }
 
 const fn ended(why: GuidanceEnd) -> &'static str {
