@@ -189,7 +189,8 @@ impl Room {
         for wheel in 0..usize::from(config.wheels) {
             let spec = PotSpec { keeps_volume: config.method.keeps_volume(), ..config.pot };
             let pot = Pot::new(spec)?;
-            benches.push(Bench::new(pot, record(wheel), config.method, config.wheel_speed, config.clay));
+            let clock = SnapshotClock::of_wheel(wheel);
+            benches.push(Bench::new(pot, record(wheel), config.method, config.wheel_speed, config.clay, clock));
         }
         Ok(Self {
             doors: Doors::new(config.code.clone()),
@@ -441,7 +442,7 @@ impl Room {
     /// Does every tick up to and with `to`.
     pub fn advance(&mut self, to: Tick) {
         while self.now <= to {
-            if SnapshotClock::is_due(self.now) {
+            if SnapshotClock::default().is_due(self.now) {
                 self.relay_hands();
             }
             let remaking = self.busy.iter().filter(|place| self.benches[**place].is_remaking()).count().max(1);
@@ -452,9 +453,7 @@ impl Room {
             if self.now.0.is_multiple_of(telling::TELL_EVERY) {
                 self.tell_people();
             }
-            if SnapshotClock::is_due(self.now) {
-                self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
-            }
+            self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
             self.compare_next();
             self.now = self.now.next();
         }

@@ -49,30 +49,63 @@ impl Version {
     }
 }
 
-/// When snapshots are taken: a pure function of the tick, so that a predictor rounds where the author does.
-#[derive(Clone, Copy, Debug)]
-pub struct SnapshotClock;
+/// When snapshots of a wheel are taken: a pure function of the tick, so that a predictor rounds where the author does.
+///
+/// Wheels take theirs at different times, so that a server does not do the work of all of them at once; the default is the first wheel's.
+///
+/// ```
+/// use pottery_shared::snapshot::SnapshotClock;
+/// use pottery_shared::units::Tick;
+///
+/// let due = |wheel| (0..50).map(Tick).filter(|tick| SnapshotClock::of_wheel(wheel).is_due(*tick)).map(|tick| tick.0).collect::<Vec<_>>();
+/// assert_eq!((due(0), due(1)), (vec![16, 33, 49], vec![8, 25, 41]));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SnapshotClock {
+    /// Ticks by which this wheel's are taken earlier than the first one's.
+    ahead: u8,
+}
 
 impl SnapshotClock {
     /// Snapshots in a second.
     pub const PER_SECOND: u64 = 60;
+    /// Ticks by which wheels are ahead, in turn: as far from those before as can be, and as far apart as a server wakes up.
+    const AHEAD: [u8; 8] = [0, 8, 4, 12, 2, 10, 6, 14];
+
+    /// That of a wheel, counted from zero.
+    #[must_use]
+    pub const fn of_wheel(wheel: usize) -> Self {
+        Self { ahead: Self::AHEAD[wheel % Self::AHEAD.len()] }
+    }
+
+    /// That of a wheel whose snapshots are so many ticks ahead; `None` when that is more than the time between two.
+    #[must_use]
+    pub const fn with_ahead(ahead: u8) -> Option<Self> {
+        if (ahead as u64 + 1) * Self::PER_SECOND < Tick::PER_SECOND { Some(Self { ahead }) } else { None }
+    }
+
+    /// Ticks by which snapshots are taken earlier than at the first wheel.
+    #[must_use]
+    pub const fn ahead(self) -> u8 {
+        self.ahead
+    }
 
     /// Snapshots taken up to the end of a tick.
     #[must_use]
-    pub const fn count(tick: Tick) -> u64 {
-        tick.0.saturating_add(1).saturating_mul(Self::PER_SECOND) / Tick::PER_SECOND
+    pub const fn count(self, tick: Tick) -> u64 {
+        tick.0.saturating_add(1 + self.ahead as u64).saturating_mul(Self::PER_SECOND) / Tick::PER_SECOND
     }
 
     /// Whether a snapshot is taken at the end of a tick.
     #[must_use]
-    pub const fn is_due(tick: Tick) -> bool {
-        tick.0 > 0 && Self::any_within(Tick(tick.0 - 1), tick)
+    pub const fn is_due(self, tick: Tick) -> bool {
+        tick.0 > 0 && self.any_within(Tick(tick.0 - 1), tick)
     }
 
     /// Whether a snapshot is taken at the end of any tick after `from`, up to and with `to`.
     #[must_use]
-    pub const fn any_within(from: Tick, to: Tick) -> bool {
-        Self::count(to) > Self::count(from)
+    pub const fn any_within(self, from: Tick, to: Tick) -> bool {
+        self.count(to) > self.count(from)
     }
 }
 

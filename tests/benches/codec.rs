@@ -85,7 +85,7 @@ fn main() -> Result<(), Fault> {
         transcript.add([Pressed { client: 0, sample, before }]);
         before = Some(sample);
         let now = Moment { tick: Tick(tick), phase: conditions.phase(Tick(tick)) };
-        if !SnapshotClock::is_due(now.tick) {
+        if !SnapshotClock::default().is_due(now.tick) {
             continue;
         }
         let (mut twin, mut twins) = (pot.clone(), touched.clone());

@@ -372,7 +372,7 @@ fn bytes_a_snapshot(tools: usize, method: MethodKind) -> (f64, usize, usize) {
             })
             .collect();
         origin.press(&presses, method);
-        if SnapshotClock::is_due(tick) {
+        if SnapshotClock::default().is_due(tick) {
             sizes.push(origin.publish());
         }
     }

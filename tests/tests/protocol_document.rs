@@ -284,13 +284,14 @@ fn notices() -> Vec<Value> {
         clay: vec![(0, CLAY), (90_000, CLAY)],
         method: 2,
         told: 5,
+        ahead: 8,
     };
     let all = [
         (
             Notice::Welcome(welcome),
             json!({ "welcome": {
                 "client": 7, "now": 1_u64 << 33, "pot": pot(), "wheel": [turning(), turning()],
-                "clay": [[0, clay()], [90_000, clay()]], "method": 2, "told": 5,
+                "clay": [[0, clay()], [90_000, clay()]], "method": 2, "told": 5, "ahead": 8,
             } }),
         ),
         (

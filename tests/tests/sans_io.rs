@@ -13,6 +13,7 @@ use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetne
 use pottery_shared::protocol::{self, FrameReader, Pulse, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
+use pottery_shared::snapshot::SnapshotClock;
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 
@@ -57,6 +58,8 @@ struct World {
     clients: BTreeMap<PeerId, (Option<Client>, FrameReader)>,
     parcels: BTreeMap<(u64, u64), Parcel>,
     sent: u64,
+    /// Where everybody sits.
+    wheel: u16,
     wire: Wire,
     dice: Dice,
     corrections_um: Vec<f32>,
@@ -81,9 +84,14 @@ impl World {
 
     /// People round a pot.
     fn round(pot: PotSpec, method: MethodKind, people: u64, wire: Wire, seed: u64) -> Self {
+        Self::at(1, pot, method, people, wire, seed)
+    }
+
+    /// People round the pot of a wheel.
+    fn at(wheel: u16, pot: PotSpec, method: MethodKind, people: u64, wire: Wire, seed: u64) -> Self {
         let room = Room::new(RoomConfig {
             code: "CLAY".into(),
-            wheels: 1,
+            wheels: wheel,
             people_max: 8,
             pot,
             method,
@@ -93,6 +101,7 @@ impl World {
         .unwrap();
         let mut world = Self {
             room,
+            wheel,
             clients: BTreeMap::new(),
             parcels: BTreeMap::new(),
             sent: 0,
@@ -109,7 +118,7 @@ impl World {
             let peer = PeerId(person);
             world.clients.insert(peer, (None, FrameReader::default()));
             // every second person takes the tiles that changed, the others press again what was pressed
-            let greeting = Client::greeting("CLAY", 1, retells(person));
+            let greeting = Client::greeting("CLAY", wheel, retells(person));
             world.post(0, true, Parcel::ControlToServer(peer, greeting));
         }
         world
@@ -227,7 +236,11 @@ impl World {
     fn assert_same(&self, seed: u64) {
         for (peer, (client, _)) in &self.clients {
             let client = client.as_ref().unwrap();
-            assert_eq!(Some(client.replica().digest()), self.room.digest(0), "seed {seed}: {peer:?}");
+            assert_eq!(
+                Some(client.replica().digest()),
+                self.room.digest(usize::from(self.wheel) - 1),
+                "seed {seed}: {peer:?}"
+            );
         }
     }
 
@@ -242,7 +255,11 @@ impl World {
             let sound = if retells(peer.0) { steps.retold > 30 } else { steps.retold == 0 && steps.deltas > 30 };
             assert!(sound, "seed {seed}: {peer:?} {steps:?}");
             assert_eq!(steps.unlike, 0, "seed {seed}: {peer:?}");
-            assert_eq!(client.predicted().digest(), self.room.pot(0).unwrap().digest(), "seed {seed}: {peer:?}");
+            assert_eq!(
+                client.predicted().digest(),
+                self.room.pot(usize::from(self.wheel) - 1).unwrap().digest(),
+                "seed {seed}: {peer:?}"
+            );
         }
     }
 }
@@ -358,6 +375,28 @@ fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
     let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
     assert!(world.corrections_um.len() > 100);
     assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
+
+#[test]
+fn at_every_wheel_an_own_stroke_needs_no_correction_and_no_two_of_eight_are_told_of_at_once() {
+    let mut told = Vec::new();
+    for wheel in 1..=8 {
+        let wire = Wire { delay_ms: 40, jitter_ms: 0, loss_percent: 0, duplicate_percent: 0 };
+        let mut world = World::at(wheel, PotSpec::default(), MethodKind::Plastic, 1, wire, 1);
+        for now in 0..3000 {
+            world.step(now, |person, now| if now < 2500 { hand(person, now) } else { None });
+        }
+        world.assert_settled(1);
+        let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
+        assert!(world.corrections_um.len() > 60 && largest == 0.0, "wheel {wheel}: {largest} µm");
+        let (Some(client), _) = &world.clients[&PeerId(0)] else { panic!("nobody at wheel {wheel}") };
+        told.push(client.tools_tick().0);
+    }
+    let clock = |wheel: usize| SnapshotClock::of_wheel(wheel - 1);
+    assert!((1..).zip(&told).all(|(wheel, &tick)| clock(wheel).is_due(Tick(tick))), "{told:?}");
+    for tick in (1..1000).map(Tick) {
+        assert!((1..=8).filter(|&wheel| clock(wheel).is_due(tick)).count() <= 1, "{tick:?}");
+    }
 }
 
 /// Each person has a tool of facets, sways and leans it, and takes the next one after half of the time.

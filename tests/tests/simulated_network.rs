@@ -120,7 +120,7 @@ fn pressed_by_hand_mm3(hands: &[(Presser, Stamps)]) -> f64 {
         if !presses.is_empty() {
             step.advance(&mut pot, &presses, conditions.method, |surface, window| touched.add_window(surface, window));
         }
-        if SnapshotClock::is_due(Tick(tick as u64)) {
+        if SnapshotClock::default().is_due(Tick(tick as u64)) {
             author.publish_untold(&mut pot, &mut touched, Moment::default());
         }
     }

@@ -89,7 +89,7 @@ fn session(ticks: u64, mut at_snapshot: impl FnMut(&mut Wheelside, Tick)) {
             now.push((2, hand(2, tick)));
         }
         side.press(&now);
-        if SnapshotClock::is_due(Tick(tick)) {
+        if SnapshotClock::default().is_due(Tick(tick)) {
             at_snapshot(&mut side, Tick(tick));
             side.transcript.clear();
         }

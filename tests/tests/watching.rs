@@ -303,7 +303,7 @@ fn changing_the_detail_leaves_no_gap_and_no_torn_pot() {
     let (mut last_tick, mut changes, mut looked, mut shown) = (Tick(0), 0, 0, None);
     for now in 1..3000 {
         world.step(now, true);
-        if pottery_shared::snapshot::SnapshotClock::is_due(Tick(now)) {
+        if pottery_shared::snapshot::SnapshotClock::default().is_due(Tick(now)) {
             made.insert(now, world.room.pot(0).unwrap().clone());
             made.retain(|tick, _| tick + 400 > now);
         }

@@ -207,8 +207,9 @@ fn audience() -> impl Strategy<Value = Audience> {
 fn welcome() -> impl Strategy<Value = Welcome> {
     let clay = prop::collection::vec((any::<u64>(), clay()), 0..20);
     let wheel = prop::collection::vec(wheel(), 0..20);
-    (any::<(u16, u64, u8, u32)>(), pot(), wheel, clay).prop_map(|((client, now, method, told), pot, wheel, clay)| {
-        Welcome { client, now, pot, wheel, clay, method, told }
+    (any::<(u16, u64, u8, u32, u8)>(), pot(), wheel, clay).prop_map(|(own, pot, wheel, clay)| {
+        let (client, now, method, told, ahead) = own;
+        Welcome { client, now, pot, wheel, clay, method, told, ahead }
     })
 }
 
@@ -537,6 +538,7 @@ fn clay_takes_twelve_bytes_and_the_longest_welcome_passes() {
         clay: vec![(1 << 48, clay); 256],
         method: 2,
         told: u32::MAX,
+        ahead: 15,
     });
     let bytes = protocol::encode(&welcome);
     println!("{} bytes of {CONTROL_MAX}", bytes.len());

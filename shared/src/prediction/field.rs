@@ -17,16 +17,24 @@ pub struct Field {
     /// Tiles pressed since the last snapshot tick.
     unrounded: Touched,
     through: Tick,
+    clock: SnapshotClock,
     /// The sample pressed last.
     last: Option<ToolSample>,
 }
 
 impl Field {
-    /// A field of the given clay in which nothing is pressed after `through`.
+    /// A field of the given clay in which nothing is pressed after `through`, rounded as at the first wheel.
     #[must_use]
     pub fn new(pot: Pot, through: Tick) -> Self {
         let unrounded = Touched::none(shapes(&pot).into_iter());
-        Self { pot, unrounded, through, last: None }
+        Self { pot, unrounded, through, clock: SnapshotClock::default(), last: None }
+    }
+
+    /// The same, rounded at a wheel's own snapshots.
+    #[must_use]
+    pub const fn at(mut self, clock: SnapshotClock) -> Self {
+        self.clock = clock;
+        self
     }
 
     /// The clay.
@@ -78,7 +86,7 @@ impl Field {
         if tick <= self.through {
             return;
         }
-        if SnapshotClock::any_within(self.through, tick) && !self.unrounded.is_empty() {
+        if self.clock.any_within(self.through, tick) && !self.unrounded.is_empty() {
             for (surface, _, window) in self.unrounded.iter() {
                 round(&mut self.pot, surface, window);
             }
@@ -108,7 +116,7 @@ impl Field {
         self.pot.copy_from(&other.pot);
         self.unrounded.clear();
         self.unrounded.add_all(&other.unrounded);
-        self.through = other.through;
+        (self.through, self.clock) = (other.through, other.clock);
         self.last = other.last;
     }
 }

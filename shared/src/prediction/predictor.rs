@@ -9,7 +9,7 @@ use alloc::sync::Arc;
 use super::Field;
 use super::field::shapes;
 use crate::clay::{Conditions, Pot, SubStep};
-use crate::snapshot::{Replica, Touched};
+use crate::snapshot::{Replica, SnapshotClock, Touched};
 use crate::tool::{ConvexTool, ToolSample};
 use crate::units::{Metres, Tick};
 
@@ -52,15 +52,15 @@ impl Predictor {
     /// Most samples kept unacknowledged: beyond it, pressing stops until the server answers.
     pub const PENDING_MAX: usize = 4096;
 
-    /// A predictor over the untouched pot.
+    /// A predictor over the untouched pot of a wheel with these snapshots.
     #[must_use]
-    pub fn new(replica: &Replica, now: Tick) -> Self {
+    pub fn new(replica: &Replica, now: Tick, clock: SnapshotClock) -> Self {
         let pot = replica.pot().clone();
         let ahead = Touched::none(shapes(&pot).into_iter());
         let shape = pot.spec().shape;
         Self {
             before: pot.clone(),
-            field: Field::new(pot, now),
+            field: Field::new(pot, now).at(clock),
             substep: SubStep::for_grid(shape),
             pending: VecDeque::with_capacity(Self::PENDING_MAX),
             next_sequence: 0,

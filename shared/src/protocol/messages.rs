@@ -318,6 +318,8 @@ pub struct Welcome {
     pub method: u8,
     /// Notices told to everybody before this welcome.
     pub told: u32,
+    /// Ticks by which snapshots are taken earlier than at the first wheel.
+    pub ahead: u8,
 }
 
 /// What one who watches needs to begin.

@@ -192,12 +192,14 @@ impl Audience {
         }
     }
 
-    /// Sends everybody what is due and fits, at the tick of a snapshot.
+    /// Publishes what those who look on see of the wheels of which a snapshot is taken at this tick, and sends what is due and fits to those
+    /// whose turn it is.
     pub(super) fn serve(&mut self, benches: &mut [Bench], now: Tick, outbox: &mut Outbox) {
         if self.viewers.is_empty() {
             return;
         }
-        for (place, bench) in benches.iter_mut().enumerate() {
+        let is_turn = |place| SnapshotClock::of_wheel(place).is_due(now);
+        for (place, bench) in benches.iter_mut().enumerate().filter(|(place, _)| is_turn(*place)) {
             bench.publish_views(now, |detail| is_due(place, detail, now));
             for news in bench.take_news(outbox) {
                 let frame = news_frame(place, news);
@@ -208,6 +210,10 @@ impl Audience {
         }
         let (mut made, mut keyframes) = (Made::new(), Made::new());
         for (&peer, viewer) in &mut self.viewers {
+            // all wheels share what a viewer can take, so that their turns are one: that of the first
+            if !viewer.sights.first_key_value().is_some_and(|(&(place, _), _)| is_turn(place)) {
+                continue;
+            }
             viewer.budget.refill(now);
             let mut order: Vec<_> = viewer
                 .sights
@@ -255,7 +261,7 @@ fn news_frame(place: usize, (told, of): (u32, NewsOf)) -> Vec<u8> {
 
 /// Whether a view is published with the snapshot at a tick; wheels take turns.
 fn is_due(place: usize, detail: Detail, now: Tick) -> bool {
-    (SnapshotClock::count(now) + place as u64).is_multiple_of(detail.every())
+    (SnapshotClock::of_wheel(place).count(now) + place as u64).is_multiple_of(detail.every())
 }
 
 fn is_wanted(bench: &Bench, place: usize, detail: Detail, shown: &Shown, now: Tick) -> bool {

@@ -104,6 +104,7 @@ pub(super) struct Bench {
     pulses: u64,
     /// The pulse with which the latest one went out.
     news_at: u64,
+    clock: SnapshotClock,
     /// The tick of the last pulse.
     snapshot_tick: Tick,
     acknowledged: BTreeMap<PeerId, u32>,
@@ -133,6 +134,7 @@ impl Bench {
         method: MethodKind,
         wheel_speed: Rpm,
         clay: Material,
+        clock: SnapshotClock,
     ) -> Self {
         let author = match record {
             Some(record) => Author::starting_from(&mut pot, record),
@@ -159,6 +161,7 @@ impl Bench {
             ways: VecDeque::new(),
             pulses: 0,
             news_at: 0,
+            clock,
             snapshot_tick: Tick(0),
             acknowledged: BTreeMap::new(),
             presses: Vec::new(),
@@ -246,6 +249,7 @@ impl Bench {
             clay: self.clays(),
             method: self.conditions.method.number(),
             told: self.told_before_tools(),
+            ahead: self.clock.ahead(),
         };
         let notice = Peer::notice(&Notice::Welcome(welcome));
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
@@ -386,7 +390,7 @@ impl Bench {
         if tick.next().0.is_multiple_of(TELL_EVERY) {
             self.tell_settings(outbox);
         }
-        if SnapshotClock::is_due(tick) {
+        if self.clock.is_due(tick) {
             let replaced = self.history.end_span(tick, &self.pot);
             if let Some(pot) = &replaced {
                 self.replace(tick, pot);

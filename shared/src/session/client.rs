@@ -25,7 +25,7 @@ use crate::prediction::{Patch, Predictor};
 use crate::protocol::{
     self, HandWire, Hello, Inputs, Keyframe, MeshWire, Notice, Pass, Pulse, Purpose, Request, StepsWire, Upload,
 };
-use crate::snapshot::{PotRecord, Replica, SnapshotError, Touched, Version};
+use crate::snapshot::{PotRecord, Replica, SnapshotClock, SnapshotError, Touched, Version};
 use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
@@ -139,12 +139,14 @@ impl Client {
             return Err(protocol::ProtocolError::Malformed { bytes: answer.len() }.into());
         }
         let now = Tick(welcome.now);
+        let clock = SnapshotClock::with_ahead(welcome.ahead);
+        let clock = clock.ok_or(protocol::ProtocolError::Malformed { bytes: answer.len() })?;
         let changed = Touched::none(replica.pot().surfaces().iter().map(crate::clay::Surface::shape));
         let ahead = round_trip.as_millis() as u64 + 25;
         Ok(Self {
             number: welcome.client,
             conditions: conditions_of(&welcome),
-            predictor: Predictor::new(&replica, now),
+            predictor: Predictor::new(&replica, now, clock),
             replica,
             lead: Lead::new(local, now, ahead),
             redundancy: Redundancy::default(),

@@ -149,7 +149,7 @@ impl Way {
                 self.newest = Some(heard);
             }
         }
-        if let Some(newest) = self.newest.filter(|_| SnapshotClock::is_due(tick)) {
+        if let Some(newest) = self.newest.filter(|_| SnapshotClock::default().is_due(tick)) {
             for arrival in self.down.carry(now, BYTES) {
                 self.sent += 1;
                 self.at_student.insert((arrival.as_micros() as u64, self.sent), newest);

@@ -105,7 +105,7 @@ pub(super) fn measure(name: &str, clay: &mut Clay) -> Result<Vec<CodecFigures>, 
     let mut news = Touched::none([untouched.spec().shape].into_iter());
     let mut sums = Sums::default();
     let (first, last) = clay.span();
-    for tick in (first.0..=last.0).map(Tick).filter(|tick| SnapshotClock::is_due(*tick)) {
+    for tick in (first.0..=last.0).map(Tick).filter(|tick| SnapshotClock::default().is_due(*tick)) {
         clay.at(tick)?;
         let now = steps(clay.pot());
         let Some(bytes) = follower.follow(clay.pot(), clay.moment(tick)) else { continue };

@@ -208,7 +208,7 @@ pub fn measure(case: &Case, seconds: f64, folder: &Path) -> Result<PredictionFig
         if settled[number] == Tick(u64::MAX) && tool_m.is_some() {
             settled[number] = tick.offset((SETTLES_S * 1e3) as i64);
         }
-        if tick > last[number].max(settled[number]) && SnapshotClock::is_due(tick) {
+        if tick > last[number].max(settled[number]) && SnapshotClock::default().is_due(tick) {
             let elements = tool_m.map_or_else(Vec::new, |at_m| touched(pot, wheel.phase(tick).pot_from_room(at_m)));
             felt.push(Felt { tick, elements });
         }

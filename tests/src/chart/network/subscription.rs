@@ -73,12 +73,12 @@ pub(super) fn measure(
     let mut looks = 0_u64;
     for tick in (first.0..=last.0).map(Tick) {
         again.at(tick)?;
-        if SnapshotClock::is_due(tick) {
+        if SnapshotClock::default().is_due(tick) {
             if follower.follow(again.pot(), again.moment(tick)).is_some() {
                 begun = begun.or(Some(tick));
                 ended = tick;
             }
-            let number = SnapshotClock::count(tick);
+            let number = SnapshotClock::default().count(tick);
             for viewer in viewers.iter_mut().filter(|viewer| number.is_multiple_of(viewer.every)) {
                 let Some(delta) = viewer.tier.publish(&follower.author, again.moment(tick)) else { continue };
                 viewer.bytes += delta.bytes.len() as u64;
