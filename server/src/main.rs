@@ -2,6 +2,13 @@
 //!
 //! Everything else is the library's. Invariant: SIGINT and SIGTERM end it with everybody told and exit code 0.
 
+/// Says a line to whoever reads; that nobody does any more is no reason to stop.
+macro_rules! say {
+    ($($part:tt)*) => {
+        drop(std::io::Write::write_fmt(&mut std::io::stdout(), format_args!("{}\n", format_args!($($part)*))))
+    };
+}
+
 mod console;
 
 use std::net::SocketAddr;
@@ -186,24 +193,24 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     // before anybody is told that it listens, and may end it
     let stopped = stop_signal()?;
     let server = Server::start(config)?;
-    println!("listening on {}", server.address());
-    println!("join code    {}", server.code());
+    say!("listening on {}", server.address());
+    say!("join code    {}", server.code());
     match server.teacher_token() {
-        Some(token) => println!("teacher      {token} (shown once: pottery-studio join --teacher-token)"),
-        None => println!("teacher      the token that was shown at the first start; --new-teacher-token makes another"),
+        Some(token) => say!("teacher      {token} (shown once: pottery-studio join --teacher-token)"),
+        None => say!("teacher      the token that was shown at the first start; --new-teacher-token makes another"),
     }
     if let Some(address) = server.operated_at() {
-        println!("operators    http://{address}/metrics");
+        say!("operators    http://{address}/metrics");
     }
     tokio::pin!(stopped);
     loop {
         let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));
         tokio::select! {
             ended = &mut stopped => break ended?,
-            () = next => println!("{}", server.figures().await?.to_json_line()),
+            () = next => say!("{}", server.figures().await?.to_json_line()),
         }
     }
-    println!("closing: telling everybody");
+    say!("closing: telling everybody");
     server.stop().await;
     Ok(())
 }

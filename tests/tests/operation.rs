@@ -262,6 +262,23 @@ fn terminate(server: &mut Child) {
 }
 
 #[test]
+fn a_server_whose_words_nobody_reads_any_more_goes_on_and_ends_well() {
+    let mut server = Command::new(program("pottery-server"))
+        .args(["--listen", "127.0.0.1:0", "--figures", "1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    BufReader::new(server.stdout.take().unwrap()).read_line(&mut said).unwrap();
+    assert!(said.starts_with("listening on"), "{said}");
+    // the pipe is closed now; it has more to say of how it began, of every second, and at its end
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(server.try_wait().unwrap().is_none(), "it ended");
+    terminate(&mut server);
+}
+
+#[test]
 fn a_log_for_programs_is_an_object_a_line() {
     let mut server = Command::new(program("pottery-server"))
         .args(["--listen", "127.0.0.1:0", "--log", "json"])

@@ -22,7 +22,7 @@ pub(crate) fn run(conversion: &Conversion) -> anyhow::Result<()> {
     let pot = PotFile::read(&conversion.pot)?.pot().pot();
     for path in &conversion.out {
         export(&pot, path)?;
-        println!("written    {}", path.display());
+        say!("written    {}", path.display());
     }
     Ok(())
 }

@@ -70,8 +70,8 @@ impl Looks {
 /// Says what the system grants a hand's thread.
 pub(crate) fn tell(claim: Claim) -> anyhow::Result<()> {
     let granted = std::thread::spawn(move || claim.stake()).join().ok().context("the thread did not end well")?;
-    println!("a hand's thread has {granted}");
-    println!("how well it keeps its thousand ticks a second: pottery-studio haptics --bench");
+    say!("a hand's thread has {granted}");
+    say!("how well it keeps its thousand ticks a second: pottery-studio haptics --bench");
     Ok(())
 }
 
@@ -97,7 +97,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     print!("{figures}");
     write_whole(&bench.out.join("haptics.csv"), |file| file.write_all(figures.csv().as_bytes()))?;
     write_whole(&bench.out.join("haptics.svg"), |file| file.write_all(picture::histogram(&figures).as_bytes()))?;
-    println!("written    haptics.csv, haptics.svg in {}", bench.out.display());
+    say!("written    haptics.csv, haptics.svg in {}", bench.out.display());
     Ok(())
 }
 

@@ -60,8 +60,8 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     PotFile::of(pot, &reports[0].view.conditions, Tick(standing.ticks)).write(&session.out.join("pot.pot"))?;
     write_whole(&session.out.join("pot.stl"), |file| export::write_stl(pot, file))?;
     let picture = picture(pot, &session.out)?;
-    println!("{}", report.summary());
-    println!(
+    say!("{}", report.summary());
+    say!(
         "written    session.json, pot.pot, pot.stl{} in {}",
         if picture { ", pot.png" } else { "" },
         session.out.display()
@@ -151,7 +151,7 @@ fn open(device: &DeviceChoice, stroke: &Arc<Stroke>) -> anyhow::Result<Box<dyn D
     if let Some(monitor) = opened.monitor {
         match (monitor.about(), monitor.notice()) {
             (_, Some(notice)) => eprintln!("pottery-studio: {notice}"),
-            (about, None) => println!("device     {}", about.as_deref().unwrap_or(device.name())),
+            (about, None) => say!("device     {}", about.as_deref().unwrap_or(device.name())),
         }
     }
     Ok(opened.device)

@@ -40,7 +40,7 @@ pub(crate) fn tell(found: &[Found]) {
     for Found { class, address, wheels, is_of_this_version } in found {
         let wheels = wheels.map_or_else(String::new, |wheels| format!("{wheels} wheels"));
         let version = if *is_of_this_version { "" } else { "  (another version of the studio)" };
-        println!("{class:<24} {:<28} {wheels:<10}{version}", address.to_string());
+        say!("{class:<24} {:<28} {wheels:<10}{version}", address.to_string());
     }
-    println!("join one with:  pottery-studio join ADDRESS --code CODE");
+    say!("join one with:  pottery-studio join ADDRESS --code CODE");
 }

@@ -75,7 +75,7 @@ impl Known {
 pub(crate) fn note(target: &Target, shown: Option<[u8; 32]>) {
     let Some(shown) = shown.filter(|_| target.code.print().is_none()) else { return };
     match Known::open().and_then(|mut known| known.keep(target, shown)) {
-        Ok(true) => println!(
+        Ok(true) => say!(
             "note: this short code does not say which server it belongs to; the one at {} is trusted from now on",
             target.address
         ),

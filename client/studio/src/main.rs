@@ -3,6 +3,13 @@
 //! Owns the command line and the choice between window and headless; the rest stands in its modules.
 //! Invariant: whatever goes wrong ends in one sentence on standard error and a code other than zero.
 
+/// Says a line to whoever reads; that nobody does any more is no reason to stop.
+macro_rules! say {
+    ($($part:tt)*) => {
+        drop(std::io::Write::write_fmt(&mut std::io::stdout(), format_args!("{}\n", format_args!($($part)*))))
+    };
+}
+
 mod arguments;
 mod conversion;
 mod haptics;
@@ -58,8 +65,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Mode::Devices => {
             for device in survey() {
                 match device.found {
-                    Ok(found) => println!("{:<12} there      {found}", device.name),
-                    Err(why) => println!("{:<12} not there  {why}", device.name),
+                    Ok(found) => say!("{:<12} there      {found}", device.name),
+                    Err(why) => say!("{:<12} not there  {why}", device.name),
                 }
             }
             Ok(())

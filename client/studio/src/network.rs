@@ -35,7 +35,7 @@ impl Network {
     pub(crate) async fn before(&self, target: Target) -> anyhow::Result<(Target, Proxy)> {
         let proxy = Proxy::start(target.resolved().await?, self.quality, SEED).await;
         let proxy = proxy.with_context(|| format!("no socket for the network {}", self.name))?;
-        println!("network    {}: {}", self.name, self.quality);
+        say!("network    {}: {}", self.name, self.quality);
         Ok((Target { address: proxy.address().to_string(), ..target }, proxy))
     }
 }

@@ -10,7 +10,7 @@ use pottery_client::stroke::StrokeRecorder;
 /// Writes a recording, or says that there is nothing to write.
 pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::Result<()> {
     let Some(recording) = recording.filter(|recording| !recording.is_empty()) else {
-        println!("nothing was recorded: the tool was never in hand");
+        say!("nothing was recorded: the tool was never in hand");
         // the empty file that showed it could be written
         if std::fs::metadata(path).is_ok_and(|file| file.len() == 0) {
             std::fs::remove_file(path)?;
@@ -20,6 +20,6 @@ pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::R
     let mut bytes = Vec::new();
     recording.write_to(&mut bytes)?;
     std::fs::write(path, bytes).with_context(|| format!("the recording {} cannot be written", path.display()))?;
-    println!("recorded   {}", path.display());
+    say!("recorded   {}", path.display());
     Ok(())
 }

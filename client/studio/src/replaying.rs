@@ -87,10 +87,10 @@ pub(crate) fn run(asked: &ReplaySession) -> anyhow::Result<()> {
     let replay = session.playback.replay();
     PotFile::of(replay.pot(), replay.conditions(), to).write(&out.join("pot.pot"))?;
     let comparison = replay.comparison();
-    println!("replayed   {:.1} s of wheel {}, written by {}", session.at_s(), asked.wheel, session.writer());
-    println!("written    pot.pot in {}", out.display());
+    say!("replayed   {:.1} s of wheel {}, written by {}", session.at_s(), asked.wheel, session.writer());
+    say!("written    pot.pot in {}", out.display());
     match comparison.first_unlike {
-        None => println!("agreement  all of {} snapshots ({:016x})", comparison.snapshots, replay.digest()),
+        None => say!("agreement  all of {} snapshots ({:016x})", comparison.snapshots, replay.digest()),
         Some(tick) => bail!(
             "the clay of {:.3} s came out otherwise than it was recorded by {}; this is {}",
             seconds(tick, session.span),

@@ -100,7 +100,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         (Place::Hosted(_), None) => unreachable!("a hosted place has its studio"),
     };
     if let Some(invitation) = &invitation {
-        println!("others join with:  {}", invitation.command());
+        say!("others join with:  {}", invitation.command());
     }
     let runtime = hosting::runtime("network")?;
     let (asked, mouse) = pointer();
@@ -121,7 +121,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         known::note(target, potter.view().lock().fingerprint);
     }
     if let Priority::Refused { .. } = potter.granted().priority {
-        println!("note: the hand's thread has {}", potter.granted());
+        say!("note: the hand's thread has {}", potter.granted());
     }
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
