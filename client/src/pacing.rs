@@ -269,8 +269,10 @@ impl Spin {
     /// Waits.
     pub(crate) fn wait_until(&mut self, deadline: Instant) {
         let left = deadline.saturating_duration_since(Instant::now());
-        if left > self.part {
-            std::thread::sleep(left - self.part);
+        // a fast loop spins no more than half of its time, or it would never sleep
+        let spun = self.part.min(SPIN.max(left / 2));
+        if left > spun {
+            std::thread::sleep(left - spun);
             self.slept(Instant::now().saturating_duration_since(deadline));
         }
         while Instant::now() < deadline {

@@ -191,7 +191,7 @@ fn the_thread_asks_the_system_for_sleep_alone() {
     let source: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned()).collect();
     let wait = body(&source, "client/src/pacing.rs", "wait_until");
     let named = |word: &str| wait.iter().filter(|line| line.contains(word)).count();
-    assert_eq!(named("std::thread::sleep(left - self.part)"), 1);
+    assert_eq!(named("std::thread::sleep(left - spun)"), 1);
     let broken: Vec<_> = FORBIDDEN.iter().filter(|word| named(word) > usize::from(**word == "sleep")).collect();
     assert!(broken.is_empty(), "{broken:?}");
 }
