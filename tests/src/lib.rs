@@ -1,7 +1,8 @@
 //! Scenarios, network simulator and golden data of the pottery studio.
 //!
 //! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets and a
-//! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory; the [`reference`](mod@reference) dents, the [`failures`] that methods
+//! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory and the
+//! [`simulation`] of a studio over it; the [`reference`](mod@reference) dents, the [`failures`] that methods
 //! are tried for, a [`display`] with the studio on it, the [`load`] that a server is put under, how firmly a hand holds on in
 //! [`stability`], the [`yardstick`] methods of other authors, and a
 //! [`twin`] of each haptic device.
@@ -17,6 +18,7 @@ pub mod load;
 pub mod network;
 pub mod programs;
 pub mod reference;
+pub mod simulation;
 pub mod stability;
 pub mod transform;
 pub mod twin;

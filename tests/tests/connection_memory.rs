@@ -6,7 +6,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,8 +13,8 @@ use glam::Vec3;
 use pottery_client::client_config;
 use pottery_client::device::Device;
 use pottery_client::view::Link;
-use pottery_client::{HapticLoop, PotterOptions, Seat, Target};
-use pottery_server::{CONNECTION_BYTES_MAX, Certificate, Server, ServerConfig, server_config};
+use pottery_client::{HapticLoop, Seat};
+use pottery_server::{CONNECTION_BYTES_MAX, ServerConfig};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::protocol::{self, Inputs, Request, Run, ShapeWire, Steps, Upload};
 use pottery_shared::session::Client;
@@ -23,19 +22,15 @@ use pottery_shared::tool::Tool;
 use pottery_tests::allocations::{Counting, held_bytes};
 use pottery_tests::line::Quality;
 use pottery_tests::network::Network;
+use pottery_tests::simulation::{Joined, SERVER, Simulation, in_virtual_time, ms};
 use quinn::VarInt;
 use tokio::time::{Instant, sleep};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-const SERVER: &str = "10.0.0.1:4747";
 /// As long as a silent connection is kept, and a little more.
 const LASTS: Duration = Duration::from_secs(12);
-
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
 
 /// What a peer does once it is in. None of them ever reads a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,11 +85,9 @@ struct Hostile {
 }
 
 impl Hostile {
-    async fn join(network: &Network, server: &Server, malice: Malice) -> Self {
-        let address = SocketAddr::from(([10, 0, 1, 9], 40_000));
-        network.connect(address, Quality::LAN, Quality::LAN);
-        let endpoint = network.endpoint(address, None).unwrap();
-        let mut config = client_config(server.code()).unwrap();
+    async fn join(studio: &Simulation, malice: Malice) -> Self {
+        let endpoint = studio.endpoint(9, Quality::LAN, Quality::LAN).unwrap();
+        let mut config = client_config(studio.server.code()).unwrap();
         let mut transport = quinn::TransportConfig::default();
         transport
             .stream_receive_window(VarInt::from_u32(2048))
@@ -104,10 +97,10 @@ impl Hostile {
             .datagram_send_buffer_size(16 * 1024)
             .keep_alive_interval(Some(Duration::from_secs(2)));
         config.transport_config(Arc::new(transport));
-        let connecting = endpoint.connect_with(config, SERVER.parse().unwrap(), "pottery-studio").unwrap();
+        let connecting = endpoint.connect_with(config, SERVER.into(), "pottery-studio").unwrap();
         let connection = connecting.await.unwrap();
         let (mut send, receive) = connection.open_bi().await.unwrap();
-        send.write_all(&Client::greeting(server.code().room(), 1, false)).await.unwrap();
+        send.write_all(&Client::greeting(studio.server.code().room(), 1, false)).await.unwrap();
         if malice == Malice::Stammers {
             send.write_all(&(protocol::CONTROL_MAX as u16).to_le_bytes()).await.unwrap();
         }
@@ -152,28 +145,19 @@ impl Hostile {
 /// Most bytes that were held at a time by everybody.
 fn most_held(malice: Malice) -> i64 {
     let before = held_bytes();
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(async {
-        let network = Network::new(3);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(server_config(certificate).unwrap())).unwrap();
-        let server = Server::start_on(endpoint, &fingerprint, ServerConfig::default()).unwrap();
-        let opened = Instant::now();
-        let target = Target::new(SERVER.into(), server.code().clone(), 1);
+    in_virtual_time(async {
+        let studio = Simulation::open(3, ServerConfig::default()).unwrap();
         let mut people = Vec::new();
-        for number in 0..2_u8 {
-            let address = SocketAddr::from(([10, 0, 1, number], 40_000));
-            network.connect(address, Quality::LAN, Quality::LAN);
-            let endpoint = network.endpoint(address, None).unwrap();
-            let Seat { view, commands, epoch, worker, hand, .. } =
-                Seat::take(&endpoint, &target, PotterOptions::default()).await.unwrap();
+        for number in 0..2 {
+            let target = studio.target(1);
+            let Joined { endpoint, seat, .. } = studio.join(number, Quality::LAN, Quality::LAN, &target).await.unwrap();
+            let Seat { view, commands, epoch, worker, hand, .. } = seat;
             let hand = HapticLoop::new(Box::new(Presser(f32::from(number) * 2.0)), hand);
             people.push((endpoint, view, commands, epoch, tokio::spawn(worker.run()), hand));
         }
         let mut hostile = match malice {
             Malice::Absent => None,
-            _ => Some(Hostile::join(&network, &server, malice).await),
+            _ => Some(Hostile::join(&studio, malice).await),
         };
         let mut most = 0;
         let begun = Instant::now();
@@ -183,7 +167,7 @@ fn most_held(malice: Malice) -> i64 {
                 hand.tick(epoch.elapsed().as_millis() as u64);
             }
             if let Some(hostile) = &mut hostile {
-                hostile.act(&network, opened.elapsed().as_millis() as u64).await;
+                hostile.act(&studio.network, studio.opened.elapsed().as_millis() as u64).await;
             }
             most = most.max(held_bytes() - before);
         }
@@ -193,7 +177,7 @@ fn most_held(malice: Malice) -> i64 {
             assert!(view.link == Link::Open && !worker.is_finished(), "{malice:?}: {:?}", view.link);
             assert!(view.round_trip < ms(20), "{malice:?}: {:?}", view.round_trip);
         }
-        server.stop().await;
+        studio.server.stop().await;
         most
     })
 }

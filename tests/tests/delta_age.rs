@@ -7,23 +7,19 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
-use std::sync::Arc;
 use std::time::Duration;
 
 use glam::Vec3;
 use pottery_client::client_config;
-use pottery_server::{Certificate, Server, ServerConfig, server_config};
+use pottery_server::ServerConfig;
 use pottery_shared::protocol::{self, FrameReader, KEYFRAME_MAX, Pulse};
 use pottery_shared::session::Client;
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::Tick;
 use pottery_tests::line::{BurstLoss, Quality, Rate};
-use pottery_tests::network::Network;
+use pottery_tests::simulation::{SERVER, Simulation, in_virtual_time};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
-
-const SERVER: &str = "10.0.0.1:4747";
 
 /// What a connection brought.
 enum Arrival {
@@ -42,22 +38,13 @@ struct Raw {
 }
 
 impl Raw {
-    async fn join(
-        network: &Network,
-        server: &Server,
-        number: u8,
-        quality: Quality,
-        retells: bool,
-        opened: Instant,
-    ) -> Self {
-        let address = SocketAddr::from(([10, 0, 1, number], 40_000));
-        network.connect(address, quality, quality);
-        let endpoint = network.endpoint(address, None).unwrap();
-        let config = client_config(server.code()).unwrap();
-        let connecting = endpoint.connect_with(config, SERVER.parse().unwrap(), "pottery-studio").unwrap();
+    async fn join(studio: &Simulation, number: u8, quality: Quality, retells: bool) -> Self {
+        let endpoint = studio.endpoint(number, quality, quality).unwrap();
+        let config = client_config(studio.server.code()).unwrap();
+        let connecting = endpoint.connect_with(config, SERVER.into(), "pottery-studio").unwrap();
         let connection = connecting.await.unwrap();
         let (mut send, mut receive) = connection.open_bi().await.unwrap();
-        send.write_all(&Client::greeting(server.code().room(), 1, retells)).await.unwrap();
+        send.write_all(&Client::greeting(studio.server.code().room(), 1, retells)).await.unwrap();
         let mut frames = FrameReader::default();
         let mut piece = [0; 4096];
         let welcome = loop {
@@ -67,7 +54,7 @@ impl Raw {
             let length = receive.read(&mut piece).await.unwrap().unwrap();
             frames.push(&piece[..length]);
         };
-        let session = Client::open(&welcome, opened.elapsed().as_millis() as u64, connection.rtt()).unwrap();
+        let session = Client::open(&welcome, studio.opened.elapsed().as_millis() as u64, connection.rtt()).unwrap();
         let (arrived, arrivals) = mpsc::channel(4096);
         let (datagrams, of_datagrams) = (connection.clone(), arrived.clone());
         tokio::spawn(async move {
@@ -146,23 +133,14 @@ impl Ages {
 
 /// Four hands press without a pause on good lines for five seconds; one over a line of that quality takes the deltas.
 fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) -> Ages {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(async {
-        let network = Network::new(seed);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let mut config = server_config(certificate).unwrap();
-        if let Some(transport) = transport {
-            config.transport_config(Arc::new(transport));
-        }
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
-        let server = Server::start_on(endpoint, &fingerprint, ServerConfig::default()).unwrap();
-        let opened = Instant::now();
+    in_virtual_time(async {
+        let studio = Simulation::open_over(seed, transport, ServerConfig::default()).unwrap();
+        let opened = studio.opened;
         let mut potters = Vec::new();
         for number in 0..4 {
-            potters.push(Raw::join(&network, &server, number, Quality::LAN, true, opened).await);
+            potters.push(Raw::join(&studio, number, Quality::LAN, true).await);
         }
-        let mut listener = Raw::join(&network, &server, 9, quality, false, opened).await;
+        let mut listener = Raw::join(&studio, 9, quality, false).await;
         let mut tick_of: BTreeMap<u32, u64> = BTreeMap::new();
         let mut ms = Vec::new();
         while opened.elapsed() < Duration::from_millis(6500) {
@@ -187,9 +165,9 @@ fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) 
         }
         ms.sort_unstable();
         let address = listener.endpoint.local_addr().unwrap();
-        let (_, down) = network.counts_of(address).unwrap();
+        let (_, down) = studio.network.counts_of(address).unwrap();
         assert_eq!(listener.session.mismatches(), 0);
-        let standing = server.standing().await.unwrap();
+        let standing = studio.server.standing().await.unwrap();
         Ages {
             ms,
             bytes_per_s: down.bytes * 1000 / 6500,
@@ -260,16 +238,10 @@ fn a_line_that_does_not_carry_all_changes_is_told_as_much_as_it_carries() {
 
 /// Time from the first packet of somebody who comes to the clay that others have pressed, over a line with this delay a way.
 fn arrival(delay: Duration) -> Duration {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(async {
-        let network = Network::new(7);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let config = server_config(certificate).unwrap();
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
-        let server = Server::start_on(endpoint, &fingerprint, ServerConfig::default()).unwrap();
-        let opened = Instant::now();
-        let mut potter = Raw::join(&network, &server, 0, Quality::LAN, true, opened).await;
+    in_virtual_time(async {
+        let studio = Simulation::open(7, ServerConfig::default()).unwrap();
+        let opened = studio.opened;
+        let mut potter = Raw::join(&studio, 0, Quality::LAN, true).await;
         let untouched = potter.session.replica().digest();
         while opened.elapsed() < Duration::from_secs(4) {
             sleep(Duration::from_millis(1)).await;
@@ -285,15 +257,8 @@ fn arrival(delay: Duration) -> Duration {
         let pressed = potter.session.replica().digest();
         assert_ne!(pressed, untouched);
         let came = Instant::now();
-        let mut other = Raw::join(
-            &network,
-            &server,
-            1,
-            Quality { latency: delay, jitter: Duration::ZERO, ..Quality::LAN },
-            true,
-            opened,
-        )
-        .await;
+        let mut other =
+            Raw::join(&studio, 1, Quality { latency: delay, jitter: Duration::ZERO, ..Quality::LAN }, true).await;
         while other.session.replica().digest() != pressed {
             assert!(came.elapsed() < Duration::from_secs(10), "the clay never came");
             sleep(Duration::from_millis(1)).await;

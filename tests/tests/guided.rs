@@ -16,8 +16,8 @@ use pottery_client::boundary::Status;
 use pottery_client::device::Device;
 use pottery_client::guiding::{GuidanceShown, GuideCommand, LinePlace};
 use pottery_client::view::SharedView;
-use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
-use pottery_server::{Certificate, Server, ServerConfig, server_config};
+use pottery_client::{Command, HapticLoop, NetworkReport, Seat, Target};
+use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, PotSpec, Target as Profile};
 use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode};
 use pottery_shared::protocol::{GuidanceEnd, NoGuidance};
@@ -25,13 +25,12 @@ use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{Orientation, Shape, Tool};
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{BurstLoss, Quality};
-use pottery_tests::network::Network;
+use pottery_tests::simulation::{Joined, Simulation, in_virtual_time, ms};
 use pottery_tests::stability::{Grip, Mechanism};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
 
-const SERVER: &str = "10.0.0.1:4747";
 /// 100 ms there and back, 40 ms of jitter and 5 % of loss, half of all that each way of each line.
 const FAR: Quality = Quality {
     latency: Duration::from_millis(50),
@@ -40,15 +39,6 @@ const FAR: Quality = Quality {
     duplicates: 0.0,
     rate: None,
 };
-
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
-fn in_virtual_time<T>(scenario: impl Future<Output = T>) -> T {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(scenario)
-}
 
 /// Where a hand means to be, how it turns its tool, and what it feels.
 #[derive(Debug)]
@@ -95,8 +85,7 @@ impl Device for LightHand {
 }
 
 struct Studio {
-    network: Network,
-    server: Server,
+    simulation: Simulation,
     people: u8,
 }
 
@@ -113,24 +102,15 @@ struct Person {
 
 impl Studio {
     fn open() -> Self {
-        let network = Network::new(3);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let config = server_config(certificate).unwrap();
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
         let config = ServerConfig { wheel_speed: Rpm(0.0), wheels: 2, ..ServerConfig::default() };
-        let server = Server::start_on(endpoint, &fingerprint, config).unwrap();
-        Self { network, server, people: 0 }
+        Self { simulation: Simulation::open(3, config).unwrap(), people: 0 }
     }
 
     async fn join(&mut self, wheel: u16, quality: Quality, teaches: bool) -> Person {
         self.people += 1;
-        let address = SocketAddr::from(([10, 0, 1, self.people], 40_000));
-        self.network.connect(address, quality, quality);
-        let endpoint = self.network.endpoint(address, None).unwrap();
-        let target = Target::new(SERVER.into(), self.server.code().clone(), wheel);
-        let teacher = self.server.teacher_token().copied().filter(|_| teaches);
-        let seat = Seat::take(&endpoint, &Target { teacher, ..target }, PotterOptions::default()).await.unwrap();
+        let teacher = self.simulation.server.teacher_token().copied().filter(|_| teaches);
+        let target = Target { teacher, ..self.simulation.target(wheel) };
+        let Joined { seat, address, .. } = self.simulation.join(self.people, quality, quality, &target).await.unwrap();
         let Seat { view, status, commands, epoch, worker, hand } = seat;
         let held = Arc::new(Mutex::new(Held { meant_m: None, turned: Orientation::default(), force_n: Vec3::ZERO }));
         let tool = if teaches { Tool::Convex(Shape::RIB) } else { Tool::default() };
@@ -243,7 +223,7 @@ fn a_simulated_teacher_far_away_at_another_wheel_brings_a_simulated_student_near
         assert!(rms_mm[2] < 0.6 * rms_mm[0], "half of the way each: {rms_mm:?} mm");
         teacher.leave().await;
         student.leave().await;
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -264,7 +244,7 @@ fn only_a_teacher_guides_and_only_who_is_there_is_guided() {
         teacher.ask(GuideCommand::Guide { student: 999, guidance: lead(1.0) }).await;
         assert_eq!(refused(&teacher), Some(NoGuidance::Nobody));
         assert_eq!((teacher.shown().pair, student.shown().pair), (None, None));
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -309,12 +289,12 @@ fn whoever_ends_it_both_are_told_and_no_hand_is_held_any_longer() {
         other.mean(AT_M);
         lead_for(2000).await;
         assert!(other.force_n().z > 0.1, "{}", other.force_n());
-        studio.network.cut(teacher.address, true);
+        studio.simulation.network.cut(teacher.address, true);
         sleep(ms(800)).await;
         assert_eq!(other.force_n(), Vec3::ZERO);
         sleep(Duration::from_secs(12)).await;
         assert_eq!((ended(&other), other.shown().pair), (Some(GuidanceEnd::Gone), None));
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -364,7 +344,7 @@ fn whoever_takes_over_presses_with_the_own_tool_and_leaves_the_student_theirs() 
         sleep(ms(500)).await;
         assert_eq!(held(), (Some(own), Some(own)));
         assert_eq!(student.status.elements(), 0, "the own tool does not reach the clay there");
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -393,7 +373,7 @@ fn a_teacher_who_points_draws_on_the_students_pot_and_presses_nothing() {
         assert_eq!((student.view.lock().pot.digest(), teacher.view.lock().pot.digest()), (untouched, untouched));
         teacher.ask(GuideCommand::End).await;
         assert!(student.shown().lines.is_empty() && !teacher.status.is_pointing());
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -428,7 +408,7 @@ fn what_was_recorded_is_shown_at_another_speed_with_the_force_that_was_felt() {
         assert!((took_s + 0.5 - 2.0 * recorded_s).abs() < 0.1, "{took_s} s for {recorded_s} s");
         assert!(heights_m.is_sorted() && heights_m[heights_m.len() - 1] > 0.115, "{heights_m:?}");
         assert!(forces_n[5] == 0.0 && forces_n[forces_n.len() - 1] > 0.3, "{forces_n:?}");
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -450,7 +430,7 @@ fn a_target_comes_to_everybody_and_to_who_comes_later_until_it_is_taken_away() {
         }
         teacher.ask(GuideCommand::Target(None)).await;
         assert!([&teacher, &student, &late].iter().all(|person| person.shown().target.is_none()));
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }
 
@@ -475,7 +455,7 @@ fn a_teacher_is_told_how_far_every_wheel_is_from_the_target_and_nobody_else_is()
         for form in [None, Some(Form::Bottle), Some(Form::Bowl)] {
             student.commands.send(Command::NewPot(form)).await.unwrap();
             sleep(ms(1500)).await;
-            let pots = studio.server.standing().await.unwrap().pots;
+            let pots = studio.simulation.server.standing().await.unwrap().pots;
             for person in [&teacher, &late] {
                 let told = told(person);
                 assert_eq!(told.iter().map(|(wheel, _)| *wheel).collect::<Vec<_>>(), [1, 2]);
@@ -494,6 +474,6 @@ fn a_teacher_is_told_how_far_every_wheel_is_from_the_target_and_nobody_else_is()
         assert!(told(&teacher)[1].1.deviation.rms_m < 5e-5);
         teacher.ask(GuideCommand::Target(None)).await;
         assert!(told(&teacher).is_empty() && told(&late).is_empty());
-        studio.server.stop().await;
+        studio.simulation.server.stop().await;
     });
 }

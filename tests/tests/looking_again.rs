@@ -17,21 +17,13 @@ use pottery_shared::snapshot::Detail;
 use pottery_tests::line::Quality;
 use pottery_tests::network::Network;
 use pottery_tests::programs::folder;
+use pottery_tests::simulation::{in_virtual_time, ms};
 use tokio::time::{Instant, sleep};
 
 const SERVER: &str = "10.0.0.1:4747";
 const LOOKER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 1, 1)), 40_000);
 const POTTER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 1, 2)), 40_000);
 const PLENTY: u32 = 1_000_000;
-
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
-fn in_virtual_time<T>(scenario: impl Future<Output = T>) -> T {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(scenario)
-}
 
 /// A server at the one address, whose code says nothing of its key.
 fn open(network: &Network, certificate: Certificate, config: ServerConfig) -> Server {

@@ -6,23 +6,21 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use glam::Vec3;
 use pottery_client::device::Device;
-use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
-use pottery_server::{Certificate, Server, ServerConfig, server_config};
+use pottery_client::{Command, HapticLoop, NetworkReport, Seat};
+use pottery_server::ServerConfig;
 use pottery_shared::clay::MethodKind;
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::tool::Tool;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{BurstLoss, Quality};
-use pottery_tests::network::Network;
+use pottery_tests::simulation::{Joined, Simulation, in_virtual_time, ms};
 use tokio::time::{Instant, sleep_until};
 
-const SERVER: &str = "10.0.0.1:4747";
 /// Where the standard tool just touches, and how deep the device of the hand that is held still goes beyond.
 const TOUCHING_M: Vec3 = Vec3::new(0.072, 0.0, 0.1);
 const HELD_M: f32 = 2.5e-3;
@@ -30,10 +28,6 @@ const HELD_M: f32 = 2.5e-3;
 const PRESSES_S: std::ops::Range<f64> = 2.5..4.0;
 const UNDOES_S: f64 = 6.0;
 const ENDS_S: f64 = 9.0;
-
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
 
 /// The force that a device was given at every tick, N.
 type Forces = Arc<Mutex<Vec<Vec3>>>;
@@ -81,22 +75,14 @@ fn places(seconds: f64, other_m: f32) -> [Option<Vec3>; 2] {
 /// What the still hand was given, and what its worker measured; the other one presses so deep, if at all. Where the line is cut meanwhile, all that
 /// was pressed comes at once.
 fn hold(quality: Quality, is_cut: bool, other_m: Option<f32>) -> (Vec<Vec3>, NetworkReport) {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(async {
-        let network = Network::new(5);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(server_config(certificate).unwrap())).unwrap();
+    in_virtual_time(async {
         let config = ServerConfig { wheel_speed: Rpm(0.0), method: MethodKind::Plastic, ..ServerConfig::default() };
-        let server = Server::start_on(endpoint, &fingerprint, config).unwrap();
-        let target = Target::new(SERVER.into(), server.code().clone(), 1);
+        let studio = Simulation::open(5, config).unwrap();
         let mut people = Vec::new();
         // the hand that is held has the whole chain, the other one goes exactly where it is told
         for (number, stages) in (0..).zip([Stages::WHOLE, Stages::EXACT]) {
-            let address = SocketAddr::from(([10, 0, 1, number], 40_000));
-            network.connect(address, quality, quality);
-            let endpoint = network.endpoint(address, None).unwrap();
-            let seat = Seat::take(&endpoint, &target, PotterOptions::default()).await.unwrap();
+            let target = studio.target(1);
+            let Joined { endpoint, seat, .. } = studio.join(number, quality, quality, &target).await.unwrap();
             let Seat { commands, epoch, worker, hand, .. } = seat;
             let (at_m, forces) = (Arc::new(Mutex::new(None)), Forces::default());
             let device = Told { at_m: Arc::clone(&at_m), forces: Arc::clone(&forces), stages };
@@ -108,7 +94,7 @@ fn hold(quality: Quality, is_cut: bool, other_m: Option<f32>) -> (Vec<Vec3>, Net
             sleep_until(begun + ms(tick)).await;
             if is_cut {
                 let since_s = tick as f64 * 1e-3 - PRESSES_S.start;
-                network.cut(SocketAddr::from(([10, 0, 1, 0], 40_000)), (-0.1..1.0).contains(&since_s));
+                studio.network.cut(Simulation::address_of(0), (-0.1..1.0).contains(&since_s));
             }
             let places = places(tick as f64 * 1e-3, other_m.unwrap_or_default());
             for (number, (_, commands, epoch, _, hand, at_m, _)) in people.iter_mut().enumerate() {
@@ -122,7 +108,7 @@ fn hold(quality: Quality, is_cut: bool, other_m: Option<f32>) -> (Vec<Vec3>, Net
         let (_, commands, _, worker, _, _, forces) = people.remove(0);
         commands.send(Command::Leave).await.unwrap();
         let report = worker.await.unwrap();
-        server.stop().await;
+        studio.server.stop().await;
         let forces = forces.lock().unwrap().clone();
         (forces, report)
     })

@@ -15,31 +15,20 @@ use glam::Vec3;
 use pottery_client::boundary::Status;
 use pottery_client::device::Device;
 use pottery_client::view::{Link, SharedView, View};
-use pottery_client::{Command, HapticLoop, NetworkReport, PotterOptions, Seat, Target};
-use pottery_server::{Certificate, Server, ServerConfig, Standing, server_config};
+use pottery_client::{Command, HapticLoop, NetworkReport, Seat};
+use pottery_server::{ServerConfig, Standing};
 use pottery_shared::clay::{Conditions, Method, Phase, Pot, PotSpec, SubStep, Surface, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::snapshot::{Author, Moment, SnapshotClock, Touched};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::line::{BurstLoss, Quality, Rate};
-use pottery_tests::network::Network;
+use pottery_tests::simulation::{Joined, Simulation, in_virtual_time, ms};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
 
-const SERVER: &str = "10.0.0.1:4747";
 const WHEEL_SPEED: Rpm = Rpm(60.0);
-
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
-/// Runs to the end in virtual time: as fast as the machine can, and never waiting.
-fn in_virtual_time<T>(scenario: impl Future<Output = T>) -> T {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
-    runtime.block_on(scenario)
-}
 
 /// A hand that presses along the pot while it turns; the first two meet again and again.
 #[derive(Clone, Copy, Debug)]
@@ -83,11 +72,8 @@ impl Device for Presser {
 }
 
 struct Studio {
-    network: Network,
-    server: Server,
+    simulation: Simulation,
     seed: u64,
-    /// The server's tick 0.
-    opened: Instant,
 }
 
 /// Every sample that a hand makes: the ticks of the room that it stamps, with the times on its own clock, s.
@@ -144,24 +130,15 @@ struct Person {
 
 impl Studio {
     fn open(seed: u64) -> Self {
-        let network = Network::new(seed);
-        let certificate = Certificate::fresh().unwrap();
-        let fingerprint = certificate.sha256();
-        let config = server_config(certificate).unwrap();
-        let endpoint = network.endpoint(SERVER.parse().unwrap(), Some(config)).unwrap();
         let config = ServerConfig { wheel_speed: WHEEL_SPEED, ..ServerConfig::default() };
-        let server = Server::start_on(endpoint, &fingerprint, config).unwrap();
-        Self { network, server, seed, opened: Instant::now() }
+        Self { simulation: Simulation::open(seed, config).unwrap(), seed }
     }
 
     async fn join(&self, number: u8, up: Quality, down: Quality, press_s: std::ops::Range<f64>) -> Person {
-        let address = SocketAddr::from(([10, 0, 1, number], 40_000));
-        self.network.connect(address, up, down);
-        let endpoint = self.network.endpoint(address, None).unwrap();
-        let target = Target::new(SERVER.into(), self.server.code().clone(), 1);
-        let seat = Seat::take(&endpoint, &target, PotterOptions::default()).await;
-        let Seat { view, status, commands, epoch, worker, hand } =
-            seat.unwrap_or_else(|error| panic!("seed {}: {number} cannot join: {error}", self.seed));
+        let joined = self.simulation.join(number, up, down, &self.simulation.target(1)).await;
+        let Joined { address, endpoint, seat } =
+            joined.unwrap_or_else(|error| panic!("seed {}: {number} cannot join: {error}", self.seed));
+        let Seat { view, status, commands, epoch, worker, hand } = seat;
         // the stroke begins at the welcome, however long that took
         let welcomed = epoch.elapsed();
         let last_press = epoch + welcomed + Duration::from_secs_f64(press_s.end);
@@ -189,11 +166,11 @@ impl Studio {
 
     /// How far ahead of the server's time the person's samples are stamped.
     fn lead_ms(&self, person: &Person, view: &View) -> i64 {
-        view.tick_offset - person.epoch.duration_since(self.opened).as_millis() as i64
+        view.tick_offset - person.epoch.duration_since(self.simulation.opened).as_millis() as i64
     }
 
     async fn standing(&self) -> Standing {
-        self.server.standing().await.unwrap()
+        self.simulation.server.standing().await.unwrap()
     }
 
     fn pressed_mm3(standing: &Standing) -> f64 {
@@ -261,12 +238,12 @@ impl Studio {
         assert_eq!(standing.counts.refusals.total(), 0, "seed {seed}: {:?}", standing.counts);
         outcome.digest = standing.digests[0];
         outcome.pressed_mm3 = Self::pressed_mm3(&standing);
-        let (up, down) = self.network.counts();
+        let (up, down) = self.simulation.network.counts();
         outcome.packets = up.packets + down.packets;
         outcome.bytes = (up.bytes, down.bytes);
         outcome.lost = up.lost + down.lost + up.overflowed + down.overflowed;
-        outcome.virtual_time = self.opened.elapsed();
-        self.server.stop().await;
+        outcome.virtual_time = self.simulation.opened.elapsed();
+        self.simulation.server.stop().await;
         outcome
     }
 }
@@ -313,7 +290,7 @@ async fn press_together(seed: u64, people: u8, quality: Quality) -> Outcome {
     // a few ways and repetitions
     let settled_after = studio.settle(&joined, (quality.latency + quality.jitter) * 12 + ms(1500)).await;
     let last = joined.iter().filter_map(|person| Some(person.stamps.lock().unwrap().last()?.0)).max().unwrap();
-    let quiet_for = studio.opened.elapsed().saturating_sub(ms(last as u64));
+    let quiet_for = studio.simulation.opened.elapsed().saturating_sub(ms(last as u64));
     Outcome { settled_after, quiet_for, ..studio.close(joined).await }
 }
 
@@ -422,7 +399,7 @@ fn a_client_that_falls_silent_in_mid_stroke_disturbs_nobody_and_is_let_go() {
         }
         sleep(ms(2000)).await;
         let silent = people.remove(0);
-        studio.network.cut(silent.address, true);
+        studio.simulation.network.cut(silent.address, true);
         let cut_at = Instant::now();
         let before = Studio::pressed_mm3(&studio.standing().await);
         let settled_after = studio.settle(&people, ms(500)).await;
@@ -457,9 +434,9 @@ fn who_was_cut_off_for_long_comes_back_to_the_own_seat_within_a_second() {
             sleep(ms(2500)).await;
             let (cut, other) = (&people[0], &people[1]);
             let before = cut.view.lock().class.place().copied().unwrap();
-            studio.network.cut(cut.address, true);
+            studio.simulation.network.cut(cut.address, true);
             sleep(ms(cut_ms)).await;
-            studio.network.cut(cut.address, false);
+            studio.simulation.network.cut(cut.address, false);
             let mended_at = Instant::now();
             let is_back = |view: &View| view.link == Link::Open && view.settled;
             loop {
@@ -492,9 +469,9 @@ fn a_partition_of_three_seconds_heals() {
                 people.push(studio.join(number, Quality::HOME, Quality::HOME, 0.3..5.5).await);
             }
             sleep(ms(1500)).await;
-            studio.network.cut(people[0].address, true);
+            studio.simulation.network.cut(people[0].address, true);
             sleep(ms(3000)).await;
-            studio.network.cut(people[0].address, false);
+            studio.simulation.network.cut(people[0].address, false);
             let mended_at = Instant::now();
             // QUIC asks again after twice the time it asked last, so the silence may last as long again
             studio.settle(&people, ms(5_000)).await;
@@ -540,7 +517,7 @@ fn a_path_that_takes_only_shorter_packets_from_now_on_goes_on_carrying_clay() {
         sleep(ms(4000)).await;
         let before = Studio::pressed_mm3(&studio.standing().await);
         // the least that QUIC promises
-        studio.network.narrow(1200);
+        studio.simulation.network.narrow(1200);
         sleep(ms(4000)).await;
         let after = Studio::pressed_mm3(&studio.standing().await);
         let settled_after = studio.settle(&people, ms(2500)).await;
@@ -564,7 +541,7 @@ fn a_narrow_line_is_told_less_often_and_neither_runs_over_nor_slows_anybody() {
         let others = studio.settle(&people, ms(500)).await;
         people.push(slow);
         let slowest = studio.settle(&people, ms(30_000)).await;
-        let (_, down) = studio.network.counts_of(people[2].address).unwrap();
+        let (_, down) = studio.simulation.network.counts_of(people[2].address).unwrap();
         println!("settled {others:?} after the last press, the slow one {slowest:?}; {down:?}");
         // sixty pulses a second for four seconds ran over: 6 kB a second are a hundred bytes each
         assert!(down.overflowed == 0 && down.packets < 150, "{down:?}");

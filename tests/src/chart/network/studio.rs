@@ -3,7 +3,6 @@
 //! Owns the run; whose hands go where is the caller's affair. A millisecond of virtual time is a tick of every hand.
 //! Invariant: what a hand feels is that of the studio's own loop: nothing of it is made anew here.
 
-use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,29 +10,28 @@ use std::time::Duration;
 use glam::Vec3;
 use pottery_client::boundary::Status;
 use pottery_client::device::Device;
-use pottery_client::{Command, HapticLoop, JoinError, NetworkReport, PotterOptions, Seat, Target};
-use pottery_server::{Certificate, Server, ServerConfig, ServerError, server_config};
+use pottery_client::{Command, HapticLoop, JoinError, NetworkReport, Seat};
+use pottery_server::ServerConfig;
 use pottery_shared::clay::{MethodKind, Pot};
 use pottery_shared::units::{Rpm, Tick};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until};
 
 use crate::line::Quality;
-use crate::network::Network;
+use crate::simulation::{Joined, Simulation, SimulationError, in_virtual_time, ms};
 
-const SERVER: ([u8; 4], u16) = ([10, 0, 0, 1], 4747);
 /// Time for what was pressed last to reach the room.
 const QUIET: Duration = Duration::from_secs(2);
 
 /// Why a session could not be played.
 #[derive(Debug, thiserror::Error)]
 pub enum StudioError {
-    /// The network in memory gave no endpoint, or a session of an earlier run cannot be taken away.
+    /// A session of an earlier run cannot be taken away.
     #[error("a session cannot be begun: {0}; choose another folder")]
     Begin(#[from] std::io::Error),
-    /// The server cannot be started; the message says what is in the way.
-    #[error("the server cannot be started: {0}")]
-    Server(#[from] ServerError),
+    /// There is no server; the message says what is in the way.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
     /// Somebody could not join.
     #[error("person {number} cannot join: {source}")]
     Join {
@@ -84,27 +82,18 @@ pub(super) fn play(
     if scene.file.exists() {
         std::fs::remove_file(scene.file)?;
     }
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
-    runtime.block_on(async {
-        let network = Network::new(scene.seed);
-        let certificate = Certificate::fresh()?;
-        let fingerprint = certificate.sha256();
-        let endpoint = network.endpoint(SERVER.into(), Some(server_config(certificate)?))?;
+    in_virtual_time(async {
         let config = ServerConfig {
             method: scene.method,
             wheel_speed: scene.wheel_speed,
             record: Some(scene.file.to_owned()),
             ..ServerConfig::default()
         };
-        let server = Server::start_on(endpoint, &fingerprint, config)?;
-        let target = Target::new(SocketAddr::from(SERVER).to_string(), server.code().clone(), 1);
+        let studio = Simulation::open(scene.seed, config)?;
         let mut seats = Vec::new();
         for number in 0..people {
-            let address = SocketAddr::from(([10, 0, 1, number as u8], 40_000));
-            network.connect(address, scene.line, scene.line);
-            let endpoint = network.endpoint(address, None)?;
-            let seat = Seat::take(&endpoint, &target, PotterOptions::default()).await;
-            let seat = seat.map_err(|source| StudioError::Join { number, source })?;
+            let joined = studio.join(number as u8, scene.line, scene.line, &studio.target(1)).await;
+            let Joined { endpoint, seat, .. } = joined.map_err(|source| StudioError::Join { number, source })?;
             let Seat { status, commands, epoch, worker, hand, .. } = seat;
             seats.push((endpoint, status, commands, epoch, tokio::spawn(worker.run()), hand));
         }
@@ -117,7 +106,7 @@ pub(super) fn play(
         }
         let ticks = (scene.seconds * 1e3) as u64 + QUIET.as_millis() as u64;
         for tick in 1..=ticks {
-            sleep_until(begun + Duration::from_millis(tick)).await;
+            sleep_until(begun + ms(tick)).await;
             for (number, person) in persons.iter_mut().enumerate() {
                 person.tick(|tick, tool_m, pot| felt(number, tick, tool_m, pot));
             }
@@ -129,8 +118,8 @@ pub(super) fn play(
             reports.extend(person.worker.await);
             person.endpoint.close(0_u32.into(), b"goodbye");
         }
-        sleep(Duration::from_millis(100)).await;
-        server.stop().await;
+        sleep(ms(100)).await;
+        studio.server.stop().await;
         Ok(reports)
     })
 }
