@@ -39,6 +39,7 @@ pub use form::Form;
 pub use grid::{GridError, GridShape};
 pub use improved::ImprovedCsem;
 pub use lanes::Vectors;
+pub(crate) use lanes::with_vectors;
 pub use lathe::{BoundError, ErrorBound, Lathe};
 pub use law::PlasticLaw;
 pub use material::{Material, MaterialError, Preset, Strength, Wetness};

@@ -74,6 +74,7 @@ fn main() -> Result<(), Fault> {
     let mut rounded = Figures::new("rounding a snapshot, told to nobody", "µs");
     let mut written = Figures::new("rounding and writing it", "µs");
     let mut read = Figures::new("reading and applying it", "µs");
+    let mut writing = Figures::new("writing it, without rounding", "µs");
     let mut codec = Figures::new("writing and reading, without rounding", "µs");
     let mut bytes = Figures::new("bytes of it", "B");
     let mut told = Figures::new("writing and reading what was pressed", "µs");
@@ -111,11 +112,13 @@ fn main() -> Result<(), Fault> {
         rounded.values.push(rounding_us);
         written.values.push(writing_us);
         read.values.push(reading_us);
+        writing.values.push(writing_us - rounding_us);
         codec.values.push(writing_us + reading_us - rounding_us);
         bytes.values.push(delta.bytes.len() as f64);
         told_bytes.values.push(words.len() as f64);
     }
-    for figures in [&mut rounded, &mut written, &mut read, &mut codec, &mut bytes, &mut told, &mut told_bytes] {
+    let clay = [&mut rounded, &mut written, &mut writing, &mut read, &mut codec, &mut bytes];
+    for figures in clay.into_iter().chain([&mut told, &mut told_bytes]) {
         figures.tell();
     }
     keyframes(&author, spec)?;

@@ -14,7 +14,7 @@ pub(super) const LANES: usize = 8;
 
 /// Vectors in which the clay is worked on; its result is the same with any.
 #[derive(Clone, Copy, Debug)]
-pub struct Vectors(pub(super) Level);
+pub struct Vectors(pub(crate) Level);
 
 impl Default for Vectors {
     /// The widest that this processor has.
@@ -49,7 +49,7 @@ macro_rules! with_vectors {
         fearless_simd::dispatch!(level, $simd => $pass)
     }};
 }
-pub(super) use with_vectors;
+pub(crate) use with_vectors;
 
 /// A part of a pass that is a function of its own, so that its figures find room in the registers.
 #[inline(never)]

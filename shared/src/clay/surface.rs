@@ -176,6 +176,39 @@ impl Surface {
         }
     }
 
+    /// Sets radii above one another, from a row on, to what is made of `values`: multiples of [`Surface::STEP_M`], where there were such. As in
+    /// [`Surface::set_radius`], the bounds hold. How much clay stands there stays known, so that nothing has to be noted.
+    ///
+    /// # Panics
+    /// When there are more of them than rows.
+    pub(crate) fn set_run<T: Copy>(&mut self, column: u32, first_row: u32, values: &[T], radius_m: impl Fn(T) -> f32) {
+        let rows = self.shape.rows() as usize;
+        assert!(!values.is_empty() && first_row as usize + values.len() <= rows);
+        let start = column as usize * rows + first_row as usize;
+        let radii_m = &mut self.radii_m[start..][..values.len()];
+        let (low_m, high_m) = (self.radius_min_m, self.radius_max_m);
+        let square = |radius_m: f32| f64::from(radius_m) * f64::from(radius_m);
+        let ends = [(0, first_row == 0), (values.len() - 1, first_row as usize + values.len() == rows)];
+        let half_of_ends = |radii_m: &[f32]| -> f64 {
+            ends.iter().filter(|(_, is_end)| *is_end).map(|(at, _)| 0.5 * square(radii_m[*at])).sum()
+        };
+        let ends_before_m2 = half_of_ends(radii_m);
+        // one a lane, so that no element waits for the one before; an exact sum has no order
+        let (mut widest_m, mut more_m2) = ([self.widest_m; LANES], [0.0; LANES]);
+        for (radii_m, values) in radii_m.chunks_mut(LANES).zip(values.chunks(LANES)) {
+            let lanes = widest_m.iter_mut().zip(&mut more_m2);
+            for ((kept_m, &value), (widest_m, more_m2)) in radii_m.iter_mut().zip(values).zip(lanes) {
+                let set_m = radius_m(value).clamp(low_m, high_m);
+                *more_m2 += square(set_m) - square(*kept_m);
+                *kept_m = set_m;
+                *widest_m = if set_m > *widest_m { set_m } else { *widest_m };
+            }
+        }
+        let more_m2 = more_m2.iter().sum::<f64>() - (half_of_ends(radii_m) - ends_before_m2);
+        self.widest_m = widest_m.into_iter().fold(self.widest_m, f32::max);
+        self.ledger.add(column, more_m2);
+    }
+
     /// Moves the elements of a window by a footprint's displacements; as in [`Surface::set_radius`], the bounds hold and
     /// what is not a number changes nothing.
     ///
@@ -410,6 +443,12 @@ impl Ledger {
         let now_m2 = all - 0.5 * ends;
         let before_m2 = core::mem::replace(&mut self.columns_m2[column as usize], now_m2);
         self.sum_m2 += now_m2 - before_m2;
+    }
+
+    /// Takes in that so much more stands in a column.
+    fn add(&mut self, column: u32, more_m2: f64) {
+        self.columns_m2[column as usize] += more_m2;
+        self.sum_m2 += more_m2;
     }
 
     fn height_m(&self) -> f32 {

@@ -11,6 +11,7 @@ use super::models::Models;
 use super::motion::{Motion, Motions, Turned};
 use super::plane::Plane;
 use super::sweep::{Exhausted, Sweep};
+use crate::clay::{Vectors, with_vectors};
 
 /// The memory of one end.
 #[derive(Clone, Debug)]
@@ -22,12 +23,20 @@ pub(super) struct Chain {
     motions: Motions,
     models: Models,
     sweep: Sweep,
+    vectors: Vectors,
 }
 
 impl Chain {
     pub(super) fn new(layouts: impl Iterator<Item = TileLayout>) -> Self {
         let last: Vec<_> = layouts.map(Plane::unchanged).collect();
-        Self { current: last.clone(), last, motions: Motions::new(), models: Models::new(), sweep: Sweep::default() }
+        Self {
+            current: last.clone(),
+            last,
+            motions: Motions::new(),
+            models: Models::new(),
+            sweep: Sweep::default(),
+            vectors: Vectors::default(),
+        }
     }
 
     /// The bytes of the current delta, which then becomes the last.
@@ -64,7 +73,8 @@ impl Chain {
         self.motions.last = motion;
         for (last, current) in self.last.iter().zip(&mut self.current) {
             let turned = Turned::new(last, before, motion);
-            self.sweep.code(symbols, &mut self.models, &turned, current)?;
+            let (sweep, models) = (&mut self.sweep, &mut self.models);
+            with_vectors!(self.vectors, simd => sweep.code(symbols, models, &turned, current))?;
         }
         Ok(())
     }
@@ -95,10 +105,11 @@ impl Chain {
         models: &mut Models,
         planes: &mut [Plane],
     ) -> Result<(), Exhausted> {
-        let mut sweep = Sweep::default();
+        let (mut sweep, vectors) = (Sweep::default(), Vectors::default());
         for plane in planes {
             let nothing = Plane::unchanged(plane.layout());
-            sweep.code(symbols, models, &Turned::new(&nothing, Motion::default(), Motion::default()), plane)?;
+            let turned = Turned::new(&nothing, Motion::default(), Motion::default());
+            with_vectors!(vectors, simd => sweep.code(symbols, models, &turned, plane))?;
         }
         Ok(())
     }

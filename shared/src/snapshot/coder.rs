@@ -32,6 +32,7 @@ impl BitModel {
         Self { zero: zero << 4, seen: 1 }
     }
 
+    #[inline(always)]
     const fn learn(&mut self, bit: bool) {
         if self.seen < Self::SLOWEST {
             self.seen += 1;
@@ -44,6 +45,7 @@ impl BitModel {
     }
 
     /// Share of `range` that stands for a zero.
+    #[inline(always)]
     const fn bound(self, range: u32) -> u32 {
         (range >> PROBABILITY_BITS) * (self.zero as u32 >> 1)
     }
@@ -82,6 +84,7 @@ impl Encoder {
         Self { bytes: Vec::with_capacity(1024), low: 0, range: u32::MAX, held: None, held_full: 0 }
     }
 
+    #[inline(always)]
     fn normalise(&mut self) {
         while self.range < RENORMALISE_BELOW {
             self.range <<= 8;
@@ -128,7 +131,7 @@ impl Encoder {
 }
 
 impl Symbols for Encoder {
-    #[inline]
+    #[inline(always)]
     fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool {
         let bound = model.bound(self.range);
         if bit {
@@ -187,6 +190,7 @@ impl<'a> Decoder<'a> {
         self.at < self.bytes.len()
     }
 
+    #[inline(always)]
     fn normalise(&mut self) {
         while self.range < RENORMALISE_BELOW {
             self.range <<= 8;
@@ -196,7 +200,7 @@ impl<'a> Decoder<'a> {
 }
 
 impl Symbols for Decoder<'_> {
-    #[inline]
+    #[inline(always)]
     fn bit(&mut self, model: &mut BitModel, _: bool) -> bool {
         let bound = model.bound(self.range);
         let bit = self.code >= bound;

@@ -190,21 +190,22 @@ impl QuantisedGrid {
         true
     }
 
-    /// Adds the differences of a tile, and tells `changed` of every element that changes: column, row, new value.
-    pub(super) fn add_tile(&mut self, tile: u32, plane: &Plane, mut changed: impl FnMut(u32, u32, u16)) {
+    /// Adds the differences of a tile, and tells `changed` of every column of it in which there are any: its number, the first row, and
+    /// all new values there.
+    pub(super) fn add_tile(&mut self, tile: u32, plane: &Plane, mut changed: impl FnMut(u32, u32, &[u16])) {
         let window = self.layout.window(tile);
         let all_rows = self.layout.shape().rows() as usize;
+        let rows = window.first_row as usize..window.end_row() as usize;
         for column in window.first_column..window.first_column + window.columns {
-            let values = &mut self.values[column as usize * all_rows..][..all_rows];
-            let differences = plane.column(column);
-            for row in window.first_row..window.end_row() {
-                let difference = differences[row as usize];
-                if difference != 0 {
-                    let value = &mut values[row as usize];
-                    *value = value.wrapping_add(difference as u16);
-                    changed(column, row, *value);
-                }
+            let differences = &plane.column(column)[rows.clone()];
+            if differences.iter().fold(0, |any, difference| any | difference) == 0 {
+                continue;
             }
+            let values = &mut self.values[column as usize * all_rows..][rows.clone()];
+            for (value, &difference) in values.iter_mut().zip(differences) {
+                *value = value.wrapping_add(difference as u16);
+            }
+            changed(column, window.first_row, values);
         }
         self.note(tile);
     }

@@ -3,7 +3,7 @@
 //! Knows neither tiles nor the order of symbols. Integers only, so that both ends learn the same.
 //! Invariant: coding and decoding the same symbols leaves both ends' models in the same state.
 
-use wide::i16x8;
+use wide::{i16x8, i32x4, i32x8};
 
 use super::coder::{BitModel, Symbols};
 use super::magnitude::Magnitude;
@@ -41,30 +41,34 @@ const LEVEL: [u8; 64] = {
     levels
 };
 
+/// How many kinds of strips there are, by how fast they are foretold to move.
+pub(super) const PACES: usize = 4;
+/// Elements of a strip, which are worked on at once.
+pub(super) const STRIP: usize = 8;
+/// What a strip is foretold from beside the last delta: of its elements, or of those beside them, one above another.
+pub(super) type Hints = [i16x8; 8];
+
+/// Context of how far above the nearest quantum, from four parts below on.
+const FRACTION: [u8; 8] = [3, 3, 2, 1, 0, 1, 2, 3];
+
 /// What is known of an element before its difference is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outlook {
-    /// What the last delta foretells, in parts of a quantum.
-    pub(super) foretold: i32,
-    /// Misses of the four neighbours that are known and four slopes of what is foretold, in parts of a quantum.
-    pub(super) hints: i16x8,
+    /// What the last delta and the hints foretell, in parts of a quantum.
+    pub(super) predicted: i32,
     /// How far neighbours' predictions were off, weighted to a sum of eight, in parts of a quantum.
     pub(super) misses: u32,
-    /// Whether the element before it, round the pot, changed.
-    pub(super) after_change: bool,
+    /// One where the last delta foretells anything, and four more where the element before it, round the pot, changed.
+    pub(super) kind: usize,
 }
 
 /// Weights of the hints, learned as they are used.
 ///
-/// `p = m + Σ wᵢ·hᵢ`: m what the turned delta foretells, h the hints; after each element, with its error e,
-/// `wᵢ += µ·e·hᵢ / Σ h²`, the normalised least mean squares of Widrow and Hoff (1960). The divisor is rounded up to a power
-/// of two. What an element teaches is used from the next but one on, so that a processor can work on both at once.
+/// `p = m + Σ wᵢ·hᵢ`: m what the turned delta foretells, h the hints; after each strip, with the errors e of its elements,
+/// `wᵢ += µ·Σ e·hᵢ / ⟨Σ h²⟩`, the normalised least mean squares of Widrow and Hoff (1960) with the mean over the strip for a divisor, rounded up
+/// to a power of two. What a strip teaches is used from the next one on, so that a processor can work on its elements at once.
 #[derive(Clone, Copy, Debug)]
-struct Weights {
-    now: i16x8,
-    /// What the last element taught.
-    lesson: i16x8,
-}
+pub(super) struct Weights([i16; 8]);
 
 impl Weights {
     /// A weight of one.
@@ -73,12 +77,12 @@ impl Weights {
     const STEP: i32 = 6000;
     /// Errors larger than this teach no more than this.
     const ERROR_MAX: i32 = 256;
-    /// Two quanta apart: what keeps small hints from teaching much.
-    const NOISE: u32 = 64;
+    /// Two quanta apart, eight times: what keeps small hints from teaching much.
+    const NOISE: u32 = 64 * STRIP as u32;
 
     /// As they come to stand on most strokes.
     const fn new() -> Self {
-        let now = i16x8::new([
+        Self([
             Self::ONE * 3 / 10,
             -Self::ONE / 16,
             Self::ONE / 6,
@@ -87,40 +91,50 @@ impl Weights {
             Self::ONE / 16,
             Self::ONE * 3 / 8,
             Self::ONE / 2,
-        ]);
-        Self { now, lesson: i16x8::new([0; 8]) }
+        ])
     }
 
-    fn sum(self, hints: i16x8) -> i32 {
-        self.now.dot(hints).reduce_add() >> 13
+    /// What all hints but the last say of each element, and the weight of the last: products of both with 2¹³.
+    #[inline(always)]
+    pub(super) fn sums(&self, hints: &[i16x8; 7]) -> ([i32; STRIP], i32) {
+        let mut sums = i32x8::splat(0);
+        for (hint, &weight) in hints.iter().zip(&self.0) {
+            sums += hint.widening_mul(i16x8::splat(weight));
+        }
+        (sums.to_array(), i32::from(self.0[7]))
     }
 
-    fn learn(&mut self, hints: i16x8, error: i32) {
-        let energy = hints.dot(hints).reduce_add() as u32 + Self::NOISE;
+    /// Takes in by how many parts of a quantum elements were foretold wrong; those that were foretold right say 0.
+    #[inline(always)]
+    pub(super) fn learn(&mut self, hints: &Hints, errors: &[i32; STRIP]) {
+        let energy = hints.iter().fold(i32x4::splat(0), |sum, hint| sum + hint.dot(*hint)).to_array();
+        let energy = energy.iter().fold(Self::NOISE, |sum, &part| sum + part as u32);
+        // ten bits at least
         let bits = u32::BITS - energy.leading_zeros();
-        let error = i64::from(error.clamp(-Self::ERROR_MAX, Self::ERROR_MAX) * Self::STEP);
-        let step = (error << 13 >> bits).clamp(-0x7fff, 0x7fff) as i16;
-        let step = i16x8::splat(step);
-        let most = i16x8::splat(2 * Self::ONE);
-        let weights: i16x8 = self.now + self.lesson;
-        self.now = weights.min(most).max(-most);
-        // hint times step over 2¹⁶, rounded to the nearest
-        self.lesson = hints.mul_keep_high(step) - ((hints * step) >> 15);
+        let steps = errors.map(|error| {
+            let whole = (error.clamp(-Self::ERROR_MAX, Self::ERROR_MAX) * Self::STEP) << 6 >> (bits - 10);
+            whole.clamp(-0x7fff, 0x7fff) as i16
+        });
+        let steps = i16x8::new(steps);
+        for (weight, hint) in self.0.iter_mut().zip(hints) {
+            let [a, b, c, d] = hint.dot(steps).to_array();
+            let learned = i32::from(*weight) + ((a + b + c + d + 0x8000) >> 16);
+            *weight = learned.clamp((-2 * Self::ONE).into(), (2 * Self::ONE).into()) as i16;
+        }
     }
 
     fn code_state(&mut self, symbols: &mut impl Symbols) {
-        let mut part = |part: i16x8, most: i16| {
-            i16x8::new(part.to_array().map(|value| (symbols.raw(value as u16 as u32, 16) as i16).clamp(-most, most)))
-        };
-        self.now = part(self.now, 2 * Self::ONE);
-        self.lesson = part(self.lesson, Self::ONE);
+        for weight in &mut self.0 {
+            *weight = (symbols.raw(*weight as u16 as u32, 16) as i16).clamp(-2 * Self::ONE, 2 * Self::ONE);
+        }
     }
 }
 
 /// The learned state of a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Models {
-    weights: Weights,
+    /// Those of strips that are foretold to move more and more.
+    pub(super) weights: [Weights; PACES],
     /// Whether a band of tiles holds a changed one, by whether one was foretold.
     pub(super) band: [BitModel; 2],
     /// Whether a tile changed, by whether that was foretold and by its neighbours.
@@ -135,7 +149,7 @@ pub(super) struct Models {
 impl Models {
     pub(super) const fn new() -> Self {
         Self {
-            weights: Weights::new(),
+            weights: [Weights::new(); PACES],
             band: [BitModel::EVEN; 2],
             tile: [BitModel::EVEN; 8],
             strip: [BitModel::EVEN; STRIPS],
@@ -148,6 +162,7 @@ impl Models {
 
     /// Whether anything changed in a strip: `foretold` elements of it should, `before` elements of the strip before it did,
     /// and the element below it.
+    #[inline(always)]
     pub(super) fn strip(
         &mut self,
         symbols: &mut impl Symbols,
@@ -160,40 +175,32 @@ impl Models {
         symbols.bit(&mut self.strip[context], any)
     }
 
-    /// The difference of one element, and by how many parts of a quantum it was foretold wrong.
-    #[inline]
-    pub(super) fn element(&mut self, symbols: &mut impl Symbols, outlook: &Outlook, difference: i16) -> (i16, i32) {
-        let predicted = outlook.foretold + self.weights.sum(outlook.hints);
-        let nearest = (predicted + PARTS / 2) >> 3;
-        // −4 to 3: how far above the nearest quantum
-        let above = predicted - nearest * PARTS;
-        let fraction = (above.unsigned_abs() as usize).min(FRACTIONS - 1);
+    /// The difference of one element, and whether it was foretold right.
+    #[inline(always)]
+    pub(super) fn element(&mut self, symbols: &mut impl Symbols, outlook: &Outlook, difference: i16) -> (i16, bool) {
+        // −4 to 3 parts above the nearest quantum
+        let near = outlook.predicted + PARTS / 2;
+        let (nearest, above) = (near >> 3, (near & 7) as usize);
+        let (fraction, is_above) = (usize::from(FRACTION[above]), above >= 4);
         let level = usize::from(LEVEL[((outlook.misses + 4) / 8).min(63) as usize]);
-        let kind = match (nearest.unsigned_abs(), outlook.foretold) {
-            (0, 0) => 0,
-            (0, _) => 1,
-            (1..=2, _) => 2,
-            _ => 3,
-        } + 4 * usize::from(outlook.after_change);
-        let off = difference.wrapping_sub(nearest as i16);
-        let off = if symbols.bit(&mut self.hit[(level * FRACTIONS + fraction) * KINDS + kind], off != 0) {
-            let is_towards = (off > 0) == (above >= 0);
-            let sign = &mut self.sign[level.min(SIGN_LEVELS - 1) * FRACTIONS + fraction];
-            let is_up = symbols.bit(sign, !is_towards) != (above >= 0);
-            let size = self.magnitude(symbols, level, u32::from(off.unsigned_abs()).wrapping_sub(1)) + 1;
-            if is_up { size as i16 } else { (size as i16).wrapping_neg() }
-        } else {
-            0
+        let kind = match nearest.unsigned_abs() {
+            0 => outlook.kind,
+            1..=2 => (outlook.kind & 4) + 2,
+            _ => (outlook.kind & 4) + 3,
         };
-        let difference = (nearest as i16).wrapping_add(off);
-        let error = i32::from(difference) * PARTS - predicted;
-        if off != 0 {
-            self.weights.learn(outlook.hints, error);
+        let off = difference.wrapping_sub(nearest as i16);
+        if !symbols.bit(&mut self.hit[(level * FRACTIONS + fraction) * KINDS + kind], off != 0) {
+            return (nearest as i16, true);
         }
-        (difference, error)
+        let sign = &mut self.sign[level.min(SIGN_LEVELS - 1) * FRACTIONS + fraction];
+        let is_up = symbols.bit(sign, (off > 0) != is_above) != is_above;
+        let size = self.magnitude(symbols, level, u32::from(off.unsigned_abs()).wrapping_sub(1)) + 1;
+        let off = if is_up { size as i16 } else { (size as i16).wrapping_neg() };
+        ((nearest as i16).wrapping_add(off), false)
     }
 
     /// A number from zero up: counted as far as contexts go.
+    #[inline(always)]
     fn magnitude(&mut self, symbols: &mut impl Symbols, level: usize, value: u32) -> u32 {
         for count in 0..COUNTED as u32 {
             if !symbols.bit(&mut self.longer[level * COUNTED + count as usize], value > count) {
@@ -205,7 +212,9 @@ impl Models {
 
     /// Codes everything learned, so that another can go on from there.
     pub(super) fn code_state(&mut self, symbols: &mut impl Symbols) {
-        self.weights.code_state(symbols);
+        for weights in &mut self.weights {
+            weights.code_state(symbols);
+        }
         let is_new = &mut BitModel::EVEN.clone();
         let [prefix, first_suffix] = self.rest.models();
         let parts: [&mut [BitModel]; 8] = [

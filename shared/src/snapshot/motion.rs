@@ -133,17 +133,24 @@ impl<'a> Turned<'a> {
     }
 
     /// Writes what is foretold for the given rows of a column, in parts of a quantum.
+    #[inline(always)]
     pub(super) fn column_into(&self, column: u32, rows: core::ops::Range<usize>, foretold: &mut [i16]) {
         let from = (column % self.columns + self.step) % self.columns;
         let near = &self.last.column(from)[rows.clone()];
         let far = &self.last.column((from + 1) % self.columns)[rows];
         for ((value, &near), &far) in foretold.iter_mut().zip(near).zip(far) {
-            let near = i32::from(near.clamp(-FORETOLD_MAX, FORETOLD_MAX)) * PARTS;
-            let far = i32::from(far.clamp(-FORETOLD_MAX, FORETOLD_MAX)) * PARTS;
-            let between = near + (((far - near) * self.rest + (1 << 14)) >> 15);
-            *value = (between + ((between * self.more + (1 << 14)) >> 15)) as i16;
+            let near = near.clamp(-FORETOLD_MAX, FORETOLD_MAX) * PARTS as i16;
+            let far = far.clamp(-FORETOLD_MAX, FORETOLD_MAX) * PARTS as i16;
+            let between = near + part(far - near, self.rest);
+            *value = between + part(between, self.more);
         }
     }
+}
+
+/// So many 2⁻¹⁵ of a number, rounded to the nearest.
+#[inline(always)]
+const fn part(of: i16, share: i32) -> i16 {
+    ((of as i32 * share + (1 << 14)) >> 15) as i16
 }
 
 /// Rows of a column with one below, one above and what eight lanes may reach beyond.
@@ -155,12 +162,13 @@ pub(super) const fn padded_rows(shape: GridShape) -> usize {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Foretold {
     before: Vec<i16>,
-    pub(super) here: Vec<i16>,
+    here: Vec<i16>,
     after: Vec<i16>,
 }
 
 impl Foretold {
     /// Begins at a column; `rows` are those that will be asked for.
+    #[inline(always)]
     pub(super) fn begin(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
         let length = padded_rows(turned.last.layout().shape());
         for part in [&mut self.before, &mut self.here, &mut self.after] {
@@ -172,6 +180,7 @@ impl Foretold {
     }
 
     /// Moves on, so that `column` is the middle one.
+    #[inline(always)]
     pub(super) fn advance(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
         core::mem::swap(&mut self.before, &mut self.here);
         core::mem::swap(&mut self.here, &mut self.after);
@@ -179,21 +188,26 @@ impl Foretold {
     }
 
     /// Eight rows of the column before, from a padded one on.
+    #[inline(always)]
     pub(super) fn before(&self, row: usize) -> i16x8 {
         eight(&self.before, row)
     }
 
     /// The same of the middle one.
+    #[inline(always)]
     pub(super) fn here(&self, row: usize) -> i16x8 {
         eight(&self.here, row)
     }
 
     /// The same of the one after it.
+    #[inline(always)]
     pub(super) fn after(&self, row: usize) -> i16x8 {
         eight(&self.after, row)
     }
 }
 
-fn eight(column: &[i16], row: usize) -> i16x8 {
+/// Eight rows of a padded column, from one on.
+#[inline(always)]
+pub(super) fn eight(column: &[i16], row: usize) -> i16x8 {
     i16x8::new(*column[row..].first_chunk().expect("columns are padded"))
 }

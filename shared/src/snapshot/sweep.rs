@@ -10,16 +10,17 @@ use core::ops::Range;
 use wide::i16x8;
 
 use super::coder::Symbols;
-use super::models::{Models, Outlook};
-use super::motion::{Foretold, PARTS, Turned, padded_rows};
+use super::models::{Models, Outlook, PACES, STRIP};
+use super::motion::{Foretold, PARTS, Turned, eight, padded_rows};
 use super::plane::Plane;
 use super::tiles::TILE_SIDE;
 
-const STRIP: u32 = 8;
 /// What hints and misses are limited to, in parts of a quantum.
 const HINT_MAX: i16 = 8191;
 /// A strip with an element below it and one above.
-const WIDE: usize = STRIP as usize + 2;
+/// Parts of a quantum above which a strip is of the next pace.
+const PACE_PARTS: [i16; PACES - 1] = [6, 20, 60];
+const WIDE: usize = STRIP + 2;
 
 /// The bytes end before the delta does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +64,7 @@ impl Sweep {
     ///
     /// # Errors
     /// [`Exhausted`]; the plane then holds a part.
+    #[inline(always)]
     pub(super) fn code(
         &mut self,
         symbols: &mut impl Symbols,
@@ -88,7 +90,10 @@ impl Sweep {
             for column in window.first_column..next_band {
                 self.foretold.advance(turned, column, rows.clone());
                 core::mem::swap(&mut self.before, &mut self.here);
-                self.here.clear(length);
+                // all columns of a band have the same tiles, whose rows are written anew; those before it may have others
+                if column < window.first_column + 2 {
+                    self.here.clear(length);
+                }
                 self.code_column(symbols, models, plane.column_mut(column));
                 if symbols.is_exhausted() {
                     return Err(Exhausted);
@@ -129,89 +134,137 @@ impl Sweep {
         Some(first_row as usize..end_row as usize)
     }
 
+    #[inline(always)]
     fn code_column(&mut self, symbols: &mut impl Symbols, models: &mut Models, column: &mut [i16]) {
         for at in 0..self.tile_rows.len() {
-            let first_row = self.tile_rows[at] * TILE_SIDE;
-            let end_row = (first_row + TILE_SIDE).min(column.len() as u32);
-            for strip in (first_row..end_row).step_by(STRIP as usize) {
-                let rows = strip as usize..(strip + STRIP).min(end_row) as usize;
-                self.code_strip(symbols, models, column, rows);
+            let first_row = (self.tile_rows[at] * TILE_SIDE) as usize;
+            let end_row = (first_row + TILE_SIDE as usize).min(column.len());
+            for (number, part) in column[first_row..end_row].chunks_mut(STRIP).enumerate() {
+                // the last one may be shorter: nothing is foretold above the rim
+                let mut strip = [0; STRIP];
+                strip[..part.len()].copy_from_slice(part);
+                self.code_strip(symbols, models, &mut strip, part.len(), first_row + number * STRIP);
+                part.copy_from_slice(&strip[..part.len()]);
             }
         }
     }
 
-    fn code_strip(&mut self, symbols: &mut impl Symbols, models: &mut Models, column: &mut [i16], rows: Range<usize>) {
-        let padded = rows.start + 1..rows.end + 1;
-        let foretold = &self.foretold.here[padded.clone()];
+    /// A strip of so many elements that begins at a row.
+    #[inline(always)]
+    fn code_strip(
+        &mut self,
+        symbols: &mut impl Symbols,
+        models: &mut Models,
+        strip: &mut [i16; STRIP],
+        length: usize,
+        row: usize,
+    ) {
+        let foretold = self.foretold.here(row + 1);
         // half a quantum or more; less than that counts as one, if there is anything
-        let certain = foretold.iter().filter(|value| i32::from(value.unsigned_abs()) >= PARTS / 2).count();
-        let foretold = match certain {
-            0 => usize::from(foretold.iter().any(|&value| value != 0)),
-            more => (more + 1).min(5),
+        let expected = match (count(foretold.abs().simd_gt(i16x8::splat(PARTS as i16 / 2 - 1))), foretold) {
+            (0, foretold) => usize::from(foretold != i16x8::splat(0)),
+            (more, _) => (more + 1).min(5),
         };
-        let before = self.before.differences[padded.clone()].iter().filter(|&&value| value != 0).count();
-        let below = self.here.differences[rows.start] != 0;
-        let any = column[rows.clone()].iter().any(|&value| value != 0);
-        if models.strip(symbols, any, foretold, before, below) {
-            self.code_elements(symbols, models, &mut column[rows.clone()], rows.start);
+        let changed = STRIP - count(eight(&self.before.differences, row + 1).simd_eq(i16x8::splat(0)));
+        let below = self.here.differences[row] != 0;
+        if models.strip(symbols, *strip != [0; STRIP], expected, changed, below) {
+            self.code_elements(symbols, models, strip, length, row);
         } else {
-            let unforeseen = &mut self.here.unforeseen[padded.clone()];
-            for (unforeseen, &foretold) in unforeseen.iter_mut().zip(&self.foretold.here[padded]) {
-                *unforeseen = foretold.saturating_neg().clamp(-HINT_MAX, HINT_MAX);
-            }
+            put(&mut self.here.differences, row + 1, i16x8::splat(0));
+            put(&mut self.here.unforeseen, row + 1, limited(i16x8::splat(0).saturating_sub(foretold)));
+            self.here.misses[row + 1..][..STRIP].fill(0);
         }
     }
 
     /// The elements of one strip that begins at a row.
-    #[inline]
-    fn code_elements(&mut self, symbols: &mut impl Symbols, models: &mut Models, strip: &mut [i16], row: usize) {
+    #[inline(always)]
+    fn code_elements(
+        &mut self,
+        symbols: &mut impl Symbols,
+        models: &mut Models,
+        strip: &mut [i16; STRIP],
+        length: usize,
+        row: usize,
+    ) {
         let (low, middle, high) = (self.foretold.here(row), self.foretold.here(row + 1), self.foretold.here(row + 2));
-        let slopes = slopes(low, middle, high, self.foretold.before(row + 1), self.foretold.after(row + 1));
+        let [along, up, curved_along, curved_up] =
+            slopes(low, middle, high, self.foretold.before(row + 1), self.foretold.after(row + 1));
+        let left = |from: usize| eight(&self.before.unforeseen, row + from);
+        let hints = [left(1), left(0), left(2), along, up, curved_along, curved_up];
+        let pace = pace(middle);
+        let (sums, weight_below) = models.weights[pace].sums(&hints);
+        let near: &[u16; WIDE] = self.before.misses[row..].first_chunk().expect("columns are padded");
+        let misses: [u32; STRIP] =
+            core::array::from_fn(|at| 2 * u32::from(near[at + 1]) + u32::from(near[at]) + u32::from(near[at + 2]));
+        let changed = !eight(&self.before.differences, row + 1).simd_eq(i16x8::splat(0));
+        let something = !middle.simd_eq(i16x8::splat(0));
+        let kinds = ((changed & i16x8::splat(4)) | (something & i16x8::splat(1))).to_array();
         let foretold = middle.to_array();
-        let left: &[i16; WIDE] = self.before.unforeseen[row..].first_chunk().expect("columns are padded");
-        let misses: &[u16; WIDE] = self.before.misses[row..].first_chunk().expect("columns are padded");
-        let before: &[i16; WIDE] = self.before.differences[row..].first_chunk().expect("columns are padded");
-        let (mut unforeseen_below, mut miss_below) = (self.here.unforeseen[row], self.here.misses[row]);
-        for (at, difference) in strip.iter_mut().enumerate().take(STRIP as usize) {
-            let [along, up, curved_along, curved_up] = slopes.map(|slope| slope[at]);
-            let outlook = Outlook {
-                foretold: i32::from(foretold[at]),
-                hints: i16x8::new([
-                    left[at + 1],
-                    left[at],
-                    left[at + 2],
-                    along,
-                    up,
-                    curved_along,
-                    curved_up,
-                    unforeseen_below,
-                ]),
-                misses: 2 * (u32::from(misses[at + 1]) + u32::from(miss_below))
-                    + u32::from(misses[at])
-                    + u32::from(misses[at + 2]),
-                after_change: before[at + 1] != 0,
-            };
-            let (coded, error) = models.element(symbols, &outlook, *difference);
-            *difference = coded;
-            let unforeseen = i32::from(coded) * PARTS - outlook.foretold;
-            unforeseen_below = unforeseen.clamp((-HINT_MAX).into(), HINT_MAX.into()) as i16;
-            miss_below = error.unsigned_abs().min(1 << 14) as u16;
-            self.here.differences[row + at + 1] = coded;
-            self.here.unforeseen[row + at + 1] = unforeseen_below;
-            self.here.misses[row + at + 1] = miss_below;
+        let (mut unforeseen_below, mut miss_below) =
+            (i32::from(self.here.unforeseen[row]), self.here.misses[row].into());
+        let (mut below, mut errors) = ([0_i16; STRIP], [0; STRIP]);
+        let (mut unforeseen, mut missed) = ([0_i16; STRIP], [0_u16; STRIP]);
+        for at in 0..length.min(STRIP) {
+            below[at] = unforeseen_below as i16;
+            let foretold = i32::from(foretold[at]);
+            let predicted = foretold + ((sums[at] + weight_below * unforeseen_below) >> 13);
+            let outlook = Outlook { predicted, misses: misses[at] + 2 * miss_below, kind: kinds[at] as usize };
+            let (coded, is_right) = models.element(symbols, &outlook, strip[at]);
+            strip[at] = coded;
+            let whole = i32::from(coded) * PARTS;
+            let error = whole - predicted;
+            errors[at] = if is_right { 0 } else { error };
+            unforeseen_below = (whole - foretold).clamp((-HINT_MAX).into(), HINT_MAX.into());
+            miss_below = error.unsigned_abs().min(1 << 14);
+            unforeseen[at] = unforeseen_below as i16;
+            missed[at] = miss_below as u16;
+        }
+        put(&mut self.here.differences, row + 1, i16x8::new(*strip));
+        put(&mut self.here.unforeseen, row + 1, i16x8::new(unforeseen));
+        self.here.misses[row + 1..][..STRIP].copy_from_slice(&missed);
+        if errors != [0; STRIP] {
+            let [first, second, third, fourth, fifth, sixth, seventh] = hints;
+            let mut hints = [first, second, third, fourth, fifth, sixth, seventh, i16x8::new(below)];
+            if length < STRIP {
+                let there = i16x8::new(core::array::from_fn(|at| if at < length { -1 } else { 0 }));
+                hints = hints.map(|hint| hint & there);
+            }
+            models.weights[pace].learn(&hints, &errors);
         }
     }
 }
 
+/// By which weights a strip is corrected: clay that moves fast is foretold otherwise than clay that creeps.
+#[inline(always)]
+fn pace(foretold: i16x8) -> usize {
+    let most = foretold.abs();
+    PACE_PARTS.into_iter().filter(|&parts| most.simd_gt(i16x8::splat(parts)).to_bitmask() != 0).count()
+}
+
+/// How many lanes a comparison holds in.
+#[inline(always)]
+fn count(holds: i16x8) -> usize {
+    holds.to_bitmask().count_ones() as usize
+}
+
+#[inline(always)]
+fn put(column: &mut [i16], row: usize, values: i16x8) {
+    column[row..][..STRIP].copy_from_slice(values.as_array());
+}
+
+#[inline(always)]
+fn limited(values: i16x8) -> i16x8 {
+    values.min(i16x8::splat(HINT_MAX)).max(i16x8::splat(-HINT_MAX))
+}
+
 /// Slopes and curvatures of what is foretold of a strip, round the pot and upwards.
-fn slopes(low: i16x8, middle: i16x8, high: i16x8, before: i16x8, after: i16x8) -> [[i16; 8]; 4] {
-    let most = i16x8::splat(HINT_MAX);
+#[inline(always)]
+fn slopes(low: i16x8, middle: i16x8, high: i16x8, before: i16x8, after: i16x8) -> [i16x8; 4] {
     let twice = middle.saturating_add(middle);
-    let values: [i16x8; 4] = [
-        after.saturating_sub(before) >> 1,
-        high.saturating_sub(low) >> 1,
-        after.saturating_add(before).saturating_sub(twice),
-        high.saturating_add(low).saturating_sub(twice),
-    ];
-    values.map(|value| value.min(most).max(-most).to_array())
+    [
+        limited(after.saturating_sub(before) >> 1),
+        limited(high.saturating_sub(low) >> 1),
+        limited(after.saturating_add(before).saturating_sub(twice)),
+        limited(high.saturating_add(low).saturating_sub(twice)),
+    ]
 }
