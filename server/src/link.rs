@@ -104,6 +104,11 @@ impl Link {
         Look { has_lost, telling: self.pace.telling() }
     }
 
+    /// The longest datagram that the path takes now.
+    pub(crate) fn datagram_bytes(&self) -> usize {
+        self.session.max_datagram_size()
+    }
+
     /// Sends now or never. What finds the buffer full is dropped and counted, and so is what is longer than the path takes, which
     /// may have shrunk.
     pub(crate) fn send_datagram(&self, bytes: Bytes) -> bool {

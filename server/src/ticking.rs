@@ -246,6 +246,8 @@ impl Ticking {
             let alive = match transmit.lane {
                 Lane::Datagram(bytes) => {
                     self.figures.note_datagram(bytes.len());
+                    // it may have shrunk or grown since the last pulse
+                    self.room.set_datagram_bytes(transmit.to, link.datagram_bytes());
                     link.send_datagram(bytes.into())
                 }
                 Lane::Control(bytes) => link.send_control(bytes),

@@ -41,8 +41,10 @@ use bincode::{Decode, Encode};
 pub const VERSION: u16 = 18;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
-/// Largest datagram sent: what fits the smallest path that QUIC allows, and browsers.
+/// Largest datagram that is sent unasked: what fits the smallest path that QUIC allows, and browsers.
 pub const DATAGRAM_MAX: usize = 1150;
+/// Largest datagram that a server sends where the path is seen to take it: an Ethernet's, less what QUIC, UDP and IP put around it.
+pub const DATAGRAM_LONGEST: usize = 1400;
 /// Most memory that decoding a datagram may take.
 pub const DATAGRAM_MEMORY_MAX: usize = 16 * 1024;
 /// Largest control frame, without its length: a tool of as many triangles as may be brought, and as much again by a quarter.

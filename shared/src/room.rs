@@ -433,6 +433,13 @@ impl Room {
         }
     }
 
+    /// Takes in how long a datagram the path to a peer at a wheel takes now; what everybody there is told is cut for the shortest.
+    pub fn set_datagram_bytes(&mut self, peer: PeerId, bytes: usize) {
+        if let Some(&place) = self.places.get(&peer) {
+            self.benches[place].set_datagram_bytes(peer, bytes);
+        }
+    }
+
     /// Takes in that a connection has ended; what it had sent is still pressed.
     pub fn handle_gone(&mut self, peer: PeerId) {
         self.let_go(peer);

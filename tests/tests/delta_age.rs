@@ -35,6 +35,8 @@ struct Raw {
     send: quinn::SendStream,
     arrivals: mpsc::Receiver<Arrival>,
     session: Client,
+    /// The longest datagram that came.
+    longest: usize,
 }
 
 impl Raw {
@@ -78,7 +80,7 @@ impl Raw {
                 }
             }
         });
-        Self { endpoint, connection, send, arrivals, session }
+        Self { endpoint, connection, send, arrivals, session, longest: 0 }
     }
 
     /// Takes in what came and sends what is to be sent; tells `seen` of every pulse.
@@ -86,6 +88,7 @@ impl Raw {
         while let Ok(arrival) = self.arrivals.try_recv() {
             match arrival {
                 Arrival::Datagram(bytes) => {
+                    self.longest = self.longest.max(bytes.len());
                     seen(&protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap());
                     self.session.handle_datagram(&bytes, now);
                 }
@@ -280,4 +283,60 @@ fn who_comes_has_the_clay_within_four_round_trips() {
         // a pulse of the server is a sixtieth of a second, and a millisecond is what is looked at here
         assert!(took <= 8 * delay + Duration::from_millis(20), "{delay_ms} ms a way: {took:?}");
     }
+}
+
+/// Four hands and one who takes deltas, which are cut for the path that all of them have.
+#[test]
+fn datagrams_are_as_long_as_the_path_takes_and_no_longer_once_it_is_narrower() {
+    in_virtual_time(async {
+        let studio = Simulation::open(11, ServerConfig::default()).unwrap();
+        let mut everybody = Vec::new();
+        for number in 0..5 {
+            everybody.push(Raw::join(&studio, number, Quality::LAN, number < 4).await);
+        }
+        let mut longest = Vec::new();
+        for narrow in [false, true] {
+            if narrow {
+                // the least that QUIC promises
+                studio.network.narrow(1200);
+            }
+            let from = studio.opened.elapsed();
+            let mut behind = 0;
+            // at first QUIC finds out what the path takes
+            for settles in [true, false] {
+                everybody[4].longest = 0;
+                while studio.opened.elapsed() < from + Duration::from_secs(if settles { 4 } else { 6 }) {
+                    sleep(Duration::from_millis(1)).await;
+                    let now = studio.opened.elapsed();
+                    for (number, one) in (0..).zip(&mut everybody) {
+                        let tick = Tick(0).offset(now.as_millis() as i64 + one.session.tick_offset());
+                        let (tool, orientation) = (Tool::default(), Orientation::default());
+                        if number < 4 {
+                            let centre = hand(number, now).unwrap();
+                            one.session.handle_sample(ToolSample {
+                                tick,
+                                tool,
+                                orientation,
+                                centre,
+                                side: Side::Outside,
+                            });
+                        }
+                        one.step(now, |_| {}).await;
+                    }
+                    let held = everybody[4].session.replica().version();
+                    let is_behind = held.0 + 3 < everybody[0].session.replica().version().0;
+                    behind += u32::from(is_behind && !settles);
+                }
+            }
+            println!(
+                "narrow {narrow}: {} B at most, behind by more than three snapshots for {behind} ms",
+                everybody[4].longest
+            );
+            assert!(behind < 20, "narrow {narrow}: {behind} ms");
+            longest.push(everybody[4].longest);
+        }
+        // 1400 bytes of UDP at first, and QUIC's own are some 40 of them
+        assert!((1200..1370).contains(&longest[0]) && (600..1165).contains(&longest[1]), "{longest:?} B");
+        studio.server.stop().await;
+    });
 }

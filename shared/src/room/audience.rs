@@ -354,7 +354,7 @@ fn show(
             tools: Some(if detail.shows_tools() { bench.tools(now) } else { Vec::new() }),
             fragments: Vec::new(),
         };
-        let bodies = bodies(&first, seen.ways_from(from).into_iter().flatten());
+        let bodies = bodies(&first, seen.ways_from(from).into_iter().flatten(), protocol::DATAGRAM_MAX);
         let sights = bodies.into_iter().enumerate().map(|(number, body)| {
             // who presses again was told how the wheel turns
             let turning = (number == 0 && detail != Detail::Retold).then(|| bench.turning(now));

@@ -65,6 +65,8 @@ struct Seat {
     telling: Telling,
     /// From which version it was last told by a keyframe, and when.
     answered: Option<(u32, Tick)>,
+    /// The longest datagram that its path takes.
+    datagram_bytes: usize,
     /// The snapshots that it was told of with the last pulse and the one before.
     told_of: [Version; 2],
     /// Gone, but with samples still to be pressed.
@@ -239,6 +241,7 @@ impl Bench {
             coming: Vec::new(),
             is_new: true,
         };
+            datagram_bytes: protocol::DATAGRAM_MAX,
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -375,6 +378,18 @@ impl Bench {
         }
     }
 
+    /// Notes how long a datagram a peer's path takes now.
+    pub(super) fn set_datagram_bytes(&mut self, peer: PeerId, bytes: usize) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.datagram_bytes = bytes.clamp(protocol::DATAGRAM_MAX, protocol::DATAGRAM_LONGEST);
+        }
+    }
+
+    /// The longest datagram that everybody's path takes: all get the same.
+    fn datagram_bytes(&self) -> usize {
+        self.present().map(|(_, seat)| seat.datagram_bytes).min().unwrap_or(protocol::DATAGRAM_MAX)
+    }
+
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
     /// those who have undone some.
     pub(super) fn step(&mut self, tick: Tick, again: u32, outbox: &mut Outbox, gone: &mut Refusals) {
@@ -489,7 +504,7 @@ impl Bench {
         let (needs_delta, needs_transcript) = (may_tell && needs(false), needs(true) || self.sights.is_retold());
         let (version, delta) = if needs_delta {
             let Some(delta) = self.author.publish(&mut self.pot, &mut self.touched, now) else { return true };
-            (delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes))
+            (delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes, longest))
         } else {
             let told = self.author.publish_untold(&mut self.pot, &mut self.touched, now);
             let Some(version) = told else { return true };
@@ -503,8 +518,10 @@ impl Bench {
                 transcript: transcript.encode(self.snapshot_tick),
             })
         });
-        let transcript = retelling.map_or_else(Vec::new, |bytes| fragments(version, FragmentOf::Transcript, &bytes));
+        let cut = |bytes: Vec<u8>| fragments(version, FragmentOf::Transcript, &bytes, longest);
+        let transcript = retelling.map_or_else(Vec::new, cut);
         let is_told = may_tell && (!needs_transcript || !transcript.is_empty());
+        let longest = self.datagram_bytes();
         if self.ways.len() == WAYS_MAX {
             self.ways.pop_front();
         }

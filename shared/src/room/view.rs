@@ -7,7 +7,7 @@ use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
 use super::pieces::{WAYS_MAX, fragments};
-use crate::protocol::{Fragment, FragmentOf};
+use crate::protocol::{DATAGRAM_MAX, Fragment, FragmentOf};
 use crate::snapshot::{Author, Detail, Moment, Tier, Version};
 use crate::units::Tick;
 
@@ -37,7 +37,8 @@ impl View {
             if self.ways.len() == WAYS_MAX {
                 self.ways.pop_front();
             }
-            self.ways.push_back((delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes)));
+            self.ways
+                .push_back((delta.version, fragments(delta.version, FragmentOf::Delta, &delta.bytes, DATAGRAM_MAX)));
         }
     }
 

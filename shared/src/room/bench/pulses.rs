@@ -51,6 +51,7 @@ impl Bench {
         let is_quiet = pulse - self.news_at > QUIET_AFTER && tools.is_empty();
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
+        let longest = self.datagram_bytes();
         let since_news = pulse - self.news_at;
         let is_last_word =
             |retells| if retells { LAST_WORDS_RETOLD.contains(&since_news) } else { LAST_WORDS.contains(&since_news) };
@@ -83,7 +84,8 @@ impl Bench {
             let from = seat.again_from.take().map_or(usual, |from| from.min(usual));
             let bodies = encoded.entry((seat.retells, from)).or_insert_with(|| {
                 let newer = self.ways.iter().filter(|way| way.version > from);
-                bodies(&first, newer.flat_map(|way| way.fragments(seat.retells))).iter().map(protocol::encode).collect()
+                let all = bodies(&first, newer.flat_map(|way| way.fragments(seat.retells)), longest);
+                all.iter().map(protocol::encode).collect()
             });
             for body in bodies {
                 outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
