@@ -126,7 +126,7 @@ impl Hostile {
                     steps: Steps(vec![[0; 3]; 400]),
                     turns: Steps::default(),
                 };
-                let inputs = Inputs { first: self.sent.wrapping_mul(30), runs: vec![run] };
+                let inputs = Inputs { first: self.sent.wrapping_mul(30), runs: vec![run], rests: true };
                 let upload = protocol::encode(&Upload { inputs, hand: None, again: None });
                 for _ in 0..4 {
                     drop(self.connection.send_datagram(upload.clone().into()));

@@ -66,7 +66,8 @@ impl Studio {
     }
 
     fn show(&mut self, peer: u64, hand: HandWire) {
-        let upload = Upload { inputs: Inputs { first: 0, runs: Vec::new() }, hand: Some(hand), again: None };
+        let upload =
+            Upload { inputs: Inputs { first: 0, runs: Vec::new(), rests: true }, hand: Some(hand), again: None };
         self.room.handle_datagram(PeerId(peer), &protocol::encode(&upload));
     }
 

@@ -200,8 +200,8 @@ fn sample_that_makes_no_sense_is_counted_by_its_reason_and_the_rest_is_pressed()
         let mut runs = vec![stroke(0, begin..middle)];
         runs.extend(between.cloned());
         runs.push(stroke(0, middle + 1..end));
-        studio.send(PeerId(0), &Inputs { first: 0, runs });
-        studio.send(PeerId(1), &Inputs { first: 0, runs: vec![stroke(1, begin..end)] });
+        studio.send(PeerId(0), &Inputs { first: 0, runs, rests: true });
+        studio.send(PeerId(1), &Inputs { first: 0, runs: vec![stroke(1, begin..end)], rests: true });
         studio.advance(end + 20);
         studio
     };
@@ -225,9 +225,13 @@ fn flood_is_counted_and_may_come_again_later() {
     let datagrams: Vec<_> = ticks
         .clone()
         .step_by(100)
-        .map(|from| Inputs { first: (from - ticks.start) as u32, runs: vec![in_the_air(from..from + 100)] })
+        .map(|from| Inputs {
+            first: (from - ticks.start) as u32,
+            runs: vec![in_the_air(from..from + 100)],
+            rests: true,
+        })
         .collect();
-    let stroke = Inputs { first: 0, runs: vec![stroke(1, OPENED + 20..OPENED + 120)] };
+    let stroke = Inputs { first: 0, runs: vec![stroke(1, OPENED + 20..OPENED + 120)], rests: true };
     let mut calm = Studio::with(2);
     calm.send(PeerId(1), &stroke);
     calm.advance(OPENED + 700);
@@ -278,7 +282,11 @@ fn hostile_inputs() -> impl Strategy<Value = Inputs> {
             Run { first_tick, tool, inside: false, start, steps: Steps(steps), turns: Steps(turns) }
         },
     );
-    (number(), prop::collection::vec(run, 0..5)).prop_map(|(first, runs)| Inputs { first, runs })
+    (number(), prop::collection::vec(run, 0..5), any::<bool>()).prop_map(|(first, runs, rests)| Inputs {
+        first,
+        runs,
+        rests,
+    })
 }
 
 proptest! {
@@ -302,7 +310,7 @@ proptest! {
         let mut studio = Studio::with(3);
         let mut quiet = Studio::with(3);
         for studio in [&mut studio, &mut quiet] {
-            studio.send(PeerId(1), &Inputs { first: 0, runs: vec![stroke(1, OPENED + 20..OPENED + 50)] });
+            studio.send(PeerId(1), &Inputs { first: 0, runs: vec![stroke(1, OPENED + 20..OPENED + 50)], rests: true });
         }
         // at the other wheel, so that nothing it presses can be confused with the stroke
         studio.request(PeerId(0), &Request::Leave);
@@ -323,7 +331,7 @@ proptest! {
     fn samples_are_taken_once_and_in_order_however_they_arrive(
         pieces in prop::collection::vec((0_u64..400, 1_u64..60), 0..40),
     ) {
-        let sent = |from: u64, to: u64| Inputs { first: from as u32, runs: vec![stroke(0, OPENED + from..OPENED + to)] };
+        let sent = |from: u64, to: u64| Inputs { first: from as u32, runs: vec![stroke(0, OPENED + from..OPENED + to)], rests: true };
         let mut queue = InputQueue::default();
         for (from, length) in pieces {
             queue.handle_inputs(&sent(from, from + length), Tick(OPENED), 0);
@@ -346,7 +354,11 @@ proptest! {
 fn numbers_of_samples_wrap() {
     let mut queue = InputQueue::default();
     // the last six numbers, seen long ago, and the first 14
-    queue.handle_inputs(&Inputs { first: u32::MAX - 5, runs: vec![stroke(0, OPENED..OPENED + 20)] }, Tick(OPENED), 0);
+    queue.handle_inputs(
+        &Inputs { first: u32::MAX - 5, runs: vec![stroke(0, OPENED..OPENED + 20)], rests: true },
+        Tick(OPENED),
+        0,
+    );
     assert_eq!(queue.take_due(Tick(OPENED + 20)).unwrap().tick, Tick(OPENED + 6));
     while queue.take_due(Tick(OPENED + 20)).is_some() {}
     assert_eq!((queue.acknowledged(), queue.refusals().total()), (14, 0));
@@ -355,7 +367,7 @@ fn numbers_of_samples_wrap() {
 #[test]
 fn datagram_of_somebody_who_was_not_let_in_is_ignored() {
     let mut studio = Studio::with(1);
-    let stroke = Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 50)] };
+    let stroke = Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 50)], rests: true };
     let stranger = PeerId(99);
     studio.send(stranger, &stroke);
     studio.room.handle_datagram(stranger, b"nonsense");
@@ -414,7 +426,7 @@ fn full_studio_refuses_until_somebody_leaves() {
 fn request_that_is_none_ends_the_connection_and_nothing_else() {
     for frame in [&[0xff; 9][..], &[], &greeting(protocol::VERSION, CODE, 1)] {
         let mut studio = Studio::with(2);
-        studio.send(PeerId(0), &Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 50)] });
+        studio.send(PeerId(0), &Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 50)], rests: true });
         studio.greet(PeerId(0), frame);
         assert_eq!(studio.said[&PeerId(0)].last(), Some(&Said::Close));
         assert_eq!((studio.room.people(), studio.said[&PeerId(1)].len()), (1, 1));
@@ -425,7 +437,7 @@ fn request_that_is_none_ends_the_connection_and_nothing_else() {
 
 #[test]
 fn all_that_was_sent_is_pressed_though_its_maker_left() {
-    let inputs = Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 400)] };
+    let inputs = Inputs { first: 0, runs: vec![stroke(0, OPENED + 20..OPENED + 400)], rests: true };
     let mut stayed = Studio::with(1);
     stayed.send(PeerId(0), &inputs);
     stayed.advance(OPENED + 500);
@@ -502,7 +514,7 @@ proptest! {
             }
         }
         told_wheel(&mut studio, 50);
-        studio.send(PeerId(0), &Inputs { first: 0, runs: vec![stroke(0, OPENED + 400..OPENED + 450)] });
+        studio.send(PeerId(0), &Inputs { first: 0, runs: vec![stroke(0, OPENED + 400..OPENED + 450)], rests: true });
         studio.advance(OPENED + 460);
         prop_assert!(studio.removed_mm3() > 0.0 && studio.removed_mm3().is_finite());
     }

@@ -347,15 +347,15 @@ fn uploads() -> Vec<Value> {
         value(sphere_value, true, &none, &none),
     ];
     let (first, (hand, hand_value)) = (u32::MAX - 1, self::hand());
-    let quiet = Upload { inputs: Inputs { first, runs }, hand: None, again: Some(251) };
-    let guiding = Upload { inputs: Inputs { first: 7, runs: Vec::new() }, hand: Some(hand), again: None };
-    let inputs = json!({ "first": first, "runs": values });
+    let quiet = Upload { inputs: Inputs { first, runs, rests: false }, hand: None, again: Some(251) };
+    let guiding = Upload { inputs: Inputs { first: 7, runs: Vec::new(), rests: true }, hand: Some(hand), again: None };
+    let inputs = json!({ "first": first, "runs": values, "rests": false });
     vec![
         vector("upload", &encode(&quiet), json!({ "inputs": inputs, "hand": null, "again": 251 })),
         vector(
             "upload",
             &encode(&guiding),
-            json!({ "inputs": { "first": 7, "runs": [] }, "hand": hand_value, "again": null }),
+            json!({ "inputs": { "first": 7, "runs": [], "rests": true }, "hand": hand_value, "again": null }),
         ),
     ]
 }

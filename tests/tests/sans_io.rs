@@ -67,8 +67,11 @@ struct World {
     up_bytes: u64,
     /// What a person holds at a time, and how.
     held: fn(u64, u64) -> (Tool, Orientation),
-    /// When no datagram reaches a client.
+    /// When no datagram reaches a client, and of every so many milliseconds how many in which none reaches the room.
     deaf_ms: std::ops::Range<u64>,
+    mute_ms: (u64, u64),
+    /// The least time that samples had to spare, in ticks.
+    latest: i16,
     /// How often a piece was sent to a client: who, version, number of the piece.
     carried: BTreeMap<(PeerId, u32, u16), u32>,
 }
@@ -112,6 +115,8 @@ impl World {
             up_bytes: 0,
             held: |_, _| (Tool::default(), Orientation::default()),
             deaf_ms: 0..0,
+            mute_ms: (1, 0),
+            latest: 0,
             carried: BTreeMap::new(),
         };
         for person in 0..people {
@@ -150,6 +155,7 @@ impl World {
                     assert!(bytes.len() <= 1150, "{} bytes", bytes.len());
                     self.down_bytes += bytes.len() as u64;
                     let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+                    self.latest = self.latest.min(pulse.head.slack.unwrap_or_default());
                     for fragment in &pulse.body.fragments {
                         *self.carried.entry((to, fragment.version, fragment.index)).or_default() += 1;
                     }
@@ -191,6 +197,9 @@ impl World {
             let frames: Vec<_> = std::iter::from_fn(|| client.poll_control()).collect();
             for bytes in outgoing {
                 self.up_bytes += bytes.len() as u64;
+                if now % self.mute_ms.0 < self.mute_ms.1 {
+                    continue;
+                }
                 self.post_datagram(now, bytes, |bytes| Parcel::ToServer(peer, bytes));
             }
             for frame in frames {
@@ -375,6 +384,46 @@ fn an_own_stroke_that_nobody_else_touches_needs_no_correction() {
     let largest = world.corrections_um.iter().copied().fold(0.0, f32::max);
     assert!(world.corrections_um.len() > 100);
     assert_eq!(largest, 0.0, "largest correction {largest} µm");
+}
+
+/// Strokes of a hand, each in and out of the clay, with pauses between.
+fn strokes(person: u64, now: u64) -> Option<Vec3> {
+    hand(person, now).filter(|_| now % 900 < 760)
+}
+
+#[test]
+fn an_own_stroke_needs_no_correction_whatever_is_lost_and_late_on_the_way() {
+    let lines = [
+        (5, 5, 1, (1, 0)),
+        (40, 0, 5, (1, 0)),
+        (20, 60, 10, (1, 0)),
+        (40, 20, 30, (1, 0)),
+        (20, 0, 0, (310, 70)),
+        (100, 40, 5, (400, 150)),
+    ];
+    for (seed, (delay_ms, jitter_ms, loss_percent, mute_ms)) in (0..12).zip(lines.iter().cycle()) {
+        for method in [MethodKind::Improved, MethodKind::Plastic] {
+            let (delay_ms, jitter_ms, loss_percent) = (*delay_ms, *jitter_ms, *loss_percent);
+            let wire = Wire { delay_ms, jitter_ms, loss_percent, duplicate_percent: 3 };
+            let mut world = World::of(method, 1, wire, seed);
+            world.mute_ms = *mute_ms;
+            for now in 0..5400 {
+                world.step(now, strokes);
+            }
+            world.assert_settled(seed);
+            let corrections = &world.corrections_um;
+            let off = corrections.iter().filter(|&&um| um > 0.0).count();
+            let largest = corrections.iter().copied().fold(0.0, f32::max);
+            println!(
+                "seed {seed}, {method:?}, {delay_ms} + {jitter_ms} ms, {loss_percent} % lost, mute {mute_ms:?}: samples up to {} ms late, \
+                 {off} of {} corrections, {largest} µm",
+                -world.latest,
+                corrections.len()
+            );
+            assert!(corrections.len() > 40 && (mute_ms.1 == 0 || world.latest < -17), "seed {seed}: {}", world.latest);
+            assert_eq!(largest, 0.0, "seed {seed}, {method:?}: {off} corrections of up to {largest} µm");
+        }
+    }
 }
 
 #[test]

@@ -568,7 +568,11 @@ fn who_looks_on_cannot_press_and_asks_in_vain_for_what_there_is_not() {
     }
     ask(&mut world, &Request::WheelSpeed { rpm: 3.0 });
     assert_eq!((world.room.counts().refusals.requests, world.room.counts().forbidden), (8, 1));
-    let inputs = protocol::encode(&Upload { inputs: Inputs { first: 0, runs: Vec::new() }, hand: None, again: None });
+    let inputs = protocol::encode(&Upload {
+        inputs: Inputs { first: 0, runs: Vec::new(), rests: true },
+        hand: None,
+        again: None,
+    });
     world.room.handle_datagram(peer, &inputs);
     // a version that never was is answered with the whole pot
     ask(&mut world, &Request::Watch { sight: sight(1, 0), have: 7_000 });

@@ -278,7 +278,11 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     let run = (any::<(u64, bool, [i32; 3])>(), shape(), steps(), steps()).prop_map(
         |((first_tick, inside, start), tool, steps, turns)| Run { first_tick, tool, inside, start, steps, turns },
     );
-    (any::<u32>(), prop::collection::vec(run, 0..6)).prop_map(|(first, runs)| Inputs { first, runs })
+    (any::<(u32, bool)>(), prop::collection::vec(run, 0..6)).prop_map(|((first, rests), runs)| Inputs {
+        first,
+        runs,
+        rests,
+    })
 }
 
 fn hand() -> impl Strategy<Value = Option<HandWire>> {

@@ -448,6 +448,8 @@ pub struct Inputs {
     pub first: u32,
     /// The samples; numbers run on from run to run.
     pub runs: Vec<Run>,
+    /// Whether the hand has made no other sample since and rests, so that nobody waits for one.
+    pub rests: bool,
 }
 
 /// A client's datagram.

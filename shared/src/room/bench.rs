@@ -10,6 +10,7 @@ mod pulses;
 mod putting;
 mod sights;
 mod stepping;
+mod waiting;
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
@@ -19,6 +20,7 @@ use self::pulses::Way;
 pub(super) use self::sights::Seen;
 use self::sights::Sights;
 use self::stepping::Wish;
+use self::waiting::Pressers;
 use super::history::{History, Setting};
 use super::journal::{Happening, Journal, WheelState};
 use super::pieces::{WAYS_MAX, bodies, fragments};
@@ -63,10 +65,10 @@ struct Seat {
     /// When it was last told again because a datagram asked for it.
     again_at: Option<Tick>,
     telling: Telling,
-    /// From which version it was last told by a keyframe, and when.
-    answered: Option<(u32, Tick)>,
     /// The longest datagram that its path takes.
     datagram_bytes: usize,
+    /// From which version it was last told by a keyframe, and when.
+    answered: Option<(u32, Tick)>,
     /// The snapshots that it was told of with the last pulse and the one before.
     told_of: [Version; 2],
     /// Gone, but with samples still to be pressed.
@@ -107,8 +109,11 @@ pub(super) struct Bench {
     /// The pulse with which the latest one went out.
     news_at: u64,
     clock: SnapshotClock,
-    /// The tick of the last pulse.
+    /// The tick of the last snapshot.
     snapshot_tick: Tick,
+    pressers: Pressers,
+    /// Since when a snapshot is due that waits for samples.
+    owed_since: Option<Tick>,
     acknowledged: BTreeMap<PeerId, u32>,
     presses: Vec<Press>,
     pressing: Vec<(PeerId, Pressed)>,
@@ -165,6 +170,8 @@ impl Bench {
             news_at: 0,
             clock,
             snapshot_tick: Tick(0),
+            pressers: Pressers::Nobody,
+            owed_since: None,
             acknowledged: BTreeMap::new(),
             presses: Vec::new(),
             pressing: Vec::new(),
@@ -234,6 +241,7 @@ impl Bench {
             again_from: None,
             again_at: None,
             telling: Telling::Every(1),
+            datagram_bytes: protocol::DATAGRAM_MAX,
             answered: None,
             told_of: [self.author.latest(); 2],
             leaving: false,
@@ -241,7 +249,6 @@ impl Bench {
             coming: Vec::new(),
             is_new: true,
         };
-            datagram_bytes: protocol::DATAGRAM_MAX,
         self.seats.insert(peer, seat);
         self.note(now, Happening::Came { client });
         let welcome = Welcome {
@@ -371,13 +378,6 @@ impl Bench {
         }
     }
 
-    /// A peer is told like that from now on.
-    pub(super) fn set_telling(&mut self, peer: PeerId, telling: Telling) {
-        if let Some(seat) = self.seats.get_mut(&peer) {
-            seat.telling = telling;
-        }
-    }
-
     /// Notes how long a datagram a peer's path takes now.
     pub(super) fn set_datagram_bytes(&mut self, peer: PeerId, bytes: usize) {
         if let Some(seat) = self.seats.get_mut(&peer) {
@@ -390,6 +390,13 @@ impl Bench {
         self.present().map(|(_, seat)| seat.datagram_bytes).min().unwrap_or(protocol::DATAGRAM_MAX)
     }
 
+    /// A peer is told like that from now on.
+    pub(super) fn set_telling(&mut self, peer: PeerId, telling: Telling) {
+        if let Some(seat) = self.seats.get_mut(&peer) {
+            seat.telling = telling;
+        }
+    }
+
     /// Does one tick: every due sample, then a snapshot and a pulse if it is time. So many samples may be pressed again, for
     /// those who have undone some.
     pub(super) fn step(&mut self, tick: Tick, again: u32, outbox: &mut Outbox, gone: &mut Refusals) {
@@ -397,6 +404,11 @@ impl Bench {
             return;
         }
         for _ in 0..CATCH_UP_MAX {
+            if self.is_crossing(tick) {
+                self.take_snapshot(tick, outbox, gone);
+                // it goes on, and what waits anew waits from now on
+                self.owed_since = self.owed_since.map(|_| tick);
+            }
             if !self.press_due(tick) {
                 break;
             }
@@ -405,23 +417,30 @@ impl Bench {
         if tick.next().0.is_multiple_of(TELL_EVERY) {
             self.tell_settings(outbox);
         }
+        if self.is_time(tick) {
+            self.take_snapshot(tick, outbox, gone);
+        }
         if self.clock.is_due(tick) {
-            let replaced = self.history.end_span(tick, &self.pot);
-            if let Some(pot) = &replaced {
-                self.replace(tick, pot);
-            }
-            self.history.note_touched(&self.touched);
-            let is_told = self.publish(tick, replaced.is_none());
-            self.history.note_snapshot(&self.pot, &self.conditions, tick);
-            self.transcript.get_or_insert_default().clear();
-            self.snapshot_tick = tick;
-            self.note_snapshot(tick);
-            self.note_acknowledged(tick, gone);
-            if !is_told {
-                self.bring_clay(|retells| retells || replaced.is_some(), outbox);
-            }
             self.tell_steps(outbox);
             self.pulse(tick, outbox);
+        }
+    }
+
+    fn take_snapshot(&mut self, tick: Tick, outbox: &mut Outbox, gone: &mut Refusals) {
+        let replaced = self.history.end_span(tick, &self.pot);
+        if let Some(pot) = &replaced {
+            self.replace(tick, pot);
+        }
+        self.history.note_touched(&self.touched);
+        let is_told = self.publish(tick, replaced.is_none());
+        self.history.note_snapshot(&self.pot, &self.conditions, tick);
+        self.transcript.get_or_insert_default().clear();
+        self.snapshot_tick = tick;
+        self.pressers = Pressers::Nobody;
+        self.note_snapshot(tick);
+        self.note_acknowledged(tick, gone);
+        if !is_told {
+            self.bring_clay(|retells| retells || replaced.is_some(), outbox);
         }
     }
 
@@ -437,6 +456,7 @@ impl Bench {
                     continue;
                 }
                 let before = seat.peer.last_sample().filter(|before| sample.follows(before)).copied();
+                self.pressers.note(peer, sample.tick);
                 self.presses.push(self.conditions.press(&sample, before.as_ref()));
                 self.pressing.push((peer, Pressed { client: seat.client, sample, before }));
             }
@@ -500,6 +520,7 @@ impl Bench {
     /// to tell.
     fn publish(&mut self, tick: Tick, may_tell: bool) -> bool {
         let now = Moment { tick, phase: self.conditions.phase(tick) };
+        let longest = self.datagram_bytes();
         let needs = |retells: bool| self.present().any(|(_, seat)| seat.retells == retells);
         let (needs_delta, needs_transcript) = (may_tell && needs(false), needs(true) || self.sights.is_retold());
         let (version, delta) = if needs_delta {
@@ -521,7 +542,6 @@ impl Bench {
         let cut = |bytes: Vec<u8>| fragments(version, FragmentOf::Transcript, &bytes, longest);
         let transcript = retelling.map_or_else(Vec::new, cut);
         let is_told = may_tell && (!needs_transcript || !transcript.is_empty());
-        let longest = self.datagram_bytes();
         if self.ways.len() == WAYS_MAX {
             self.ways.pop_front();
         }

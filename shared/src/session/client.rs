@@ -646,11 +646,12 @@ impl Client {
 
     /// The next datagram of samples to send; ask again until there is none.
     pub fn poll_datagram(&mut self, now: Duration) -> Option<Vec<u8>> {
-        let inputs = self.poll_inputs(now);
-        let hand = self.hand.take();
-        let again = self.again(now);
+        // a hand makes a thousand samples a second
+        let rests = self.unsent == self.predictor.next_sequence() && now > self.news_sent_at;
+        let inputs = self.poll_inputs(now, rests);
+        let (hand, again) = (self.hand.take(), self.again(now));
         let asks = again.is_some() && now.saturating_sub(self.asked_at) >= Self::AGAIN_EVERY;
-        let nothing = || (hand.is_some() || asks).then(|| Inputs { first: self.unsent, runs: Vec::new() });
+        let nothing = || (hand.is_some() || asks).then(|| Inputs { first: self.unsent, runs: Vec::new(), rests });
         let inputs = inputs.or_else(nothing)?;
         if again.is_some() {
             self.asked_at = now;
@@ -658,7 +659,7 @@ impl Client {
         Some(protocol::encode(&Upload { inputs, hand, again }))
     }
 
-    fn poll_inputs(&mut self, now: Duration) -> Option<Inputs> {
+    fn poll_inputs(&mut self, now: Duration, rests: bool) -> Option<Inputs> {
         let pending = self.predictor.pending();
         let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
         let silent_since = self.progress_at.max(self.repeated_at);
@@ -688,8 +689,9 @@ impl Client {
         };
         self.sent_at = now;
         let skip = start.wrapping_sub(oldest) as usize;
-        let (inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
+        let (mut inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
         let end = start.wrapping_add(count);
+        inputs.rests = rests && end == newest.wrapping_add(1);
         if (end.wrapping_sub(self.unsent) as i32) > 0 {
             self.unsent = end;
         }

@@ -56,6 +56,8 @@ pub struct InputQueue {
     /// Number of the first sample not yet seen.
     next: u32,
     last: Option<ToolSample>,
+    /// Whether the client has said that no sample follows the last one soon.
+    rests: bool,
     slack: Option<i16>,
     refusals: Refusals,
 }
@@ -70,7 +72,9 @@ impl InputQueue {
 
     /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`.
     pub fn handle_inputs(&mut self, inputs: &Inputs, now: Tick, tools: usize) {
+        let mut end = inputs.first;
         for (number, sample) in runs::unpack(inputs) {
+            end = number.wrapping_add(1);
             let sample = sample.filter(|sample| match sample.tool {
                 Tool::Sphere(_) => true,
                 Tool::Convex(shape) => usize::from(shape.0) < tools,
@@ -86,13 +90,16 @@ impl InputQueue {
                 self.refusals.flood += 1;
                 return;
             }
-            self.next = number.wrapping_add(1);
+            self.next = end;
+            self.rests = false;
             if let Some(sample) = self.checked(sample, now) {
                 self.last = Some(sample);
                 self.queue.push_back((number, sample));
                 self.note_slack(sample.tick.since(now));
             }
         }
+        // what was said before samples that are here already is old
+        self.rests |= inputs.rests && end == self.next;
     }
 
     fn note_slack(&mut self, ticks: i64) {
@@ -143,6 +150,21 @@ impl InputQueue {
             return None;
         }
         self.queue.pop_front().map(|(_, sample)| sample)
+    }
+
+    /// The tick of the oldest sample that waits.
+    #[must_use]
+    pub fn next_tick(&self) -> Option<Tick> {
+        self.queue.front().map(|(_, sample)| sample.tick)
+    }
+
+    /// Whether every sample up to a tick was taken out, as far as can be known: the client goes on with a later one, or rests.
+    #[must_use]
+    pub fn is_through(&self, tick: Tick) -> bool {
+        match self.next_tick() {
+            Some(next) => next > tick,
+            None => self.rests || self.last.is_none_or(|last| last.tick >= tick),
+        }
     }
 
     /// Number below which every sample was taken out or refused.

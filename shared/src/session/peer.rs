@@ -157,10 +157,9 @@ impl Peer {
         self.teacher.is_some() || !self.inputs.is_quiet()
     }
 
-    /// The datagram for this client with a body that all share.
-    pub fn pulse_head(&mut self) -> PulseHead {
-        let (acknowledged, slack) = (self.inputs.acknowledged(), self.inputs.take_slack());
-        PulseHead { acknowledged, slack, teacher: self.teacher }
+    /// What is said to this client alone, with the number below which the latest snapshot holds its samples.
+    pub const fn pulse_head(&mut self, acknowledged: u32) -> PulseHead {
+        PulseHead { acknowledged, slack: self.inputs.take_slack(), teacher: self.teacher }
     }
 
     /// A head and an encoded body make a datagram, since a message is the bytes of its fields in order.

@@ -43,7 +43,7 @@ struct Step {
 /// Packs samples with consecutive numbers into a message of at most about `bytes_max` bytes; says how many fitted.
 #[must_use]
 pub fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) -> (Inputs, u32) {
-    let mut inputs = Inputs { first: 0, runs: Vec::new() };
+    let mut inputs = Inputs { first: 0, runs: Vec::new(), rests: false };
     let mut last: Option<ToolSample> = None;
     let (mut bits, mut count) = (64, 0);
     for Pending { sequence, sample } in samples {

@@ -22,6 +22,9 @@ pub const SEND_EVERY: Duration = Duration::from_millis(10);
 const REDUNDANT: u32 = 40;
 /// Silence after which everything unacknowledged is sent again.
 const REPEAT_AFTER: Duration = Duration::from_millis(150);
+/// How long, and how often, the last samples are said again with the word that no others follow.
+const LAST_FOR: Duration = Duration::from_millis(100);
+const LAST_EVERY: Duration = Duration::from_millis(10);
 /// Most samples kept unacknowledged.
 const PENDING_MAX: usize = 4096;
 /// Time between two rounds of a stroke, s.
@@ -117,6 +120,8 @@ pub struct Hand {
     last_tick: Option<Tick>,
     progress_at: Duration,
     repeated_at: Duration,
+    sent_at: Duration,
+    news_sent_at: Duration,
     marks: VecDeque<Mark>,
 }
 
@@ -135,6 +140,8 @@ impl Hand {
             last_tick: None,
             progress_at: Duration::ZERO,
             repeated_at: Duration::ZERO,
+            sent_at: Duration::ZERO,
+            news_sent_at: Duration::ZERO,
             marks: VecDeque::new(),
         }
     }
@@ -166,20 +173,31 @@ impl Hand {
     /// The next datagram; ask again until there is none.
     pub fn poll_datagram(&mut self, now: Duration) -> Option<Vec<u8>> {
         let (oldest, newest) = (self.pending.front()?.sequence, self.pending.back()?.sequence);
+        let is_news = newest.wrapping_sub(self.unsent) as i32 >= 0;
+        if is_news {
+            self.news_sent_at = now;
+        }
+        let is_last =
+            now.saturating_sub(self.news_sent_at) <= LAST_FOR && now.saturating_sub(self.sent_at) >= LAST_EVERY;
+        let rests = !is_news && now > self.news_sent_at;
         let is_silent = now.saturating_sub(self.progress_at.max(self.repeated_at)) >= REPEAT_AFTER;
         let start = if is_silent {
             self.repeated_at = now;
             self.unsent = oldest;
             oldest
-        } else if newest.wrapping_sub(self.unsent) as i32 >= 0 {
+        } else if is_news {
             let behind_oldest = self.unsent.wrapping_sub(oldest) as i32;
             if behind_oldest <= 0 { oldest } else { self.unsent.wrapping_sub(REDUNDANT.min(behind_oldest as u32)) }
+        } else if is_last {
+            oldest
         } else {
             return None;
         };
+        self.sent_at = now;
         let skip = start.wrapping_sub(oldest) as usize;
-        let (inputs, count) = pack(self.pending.iter().skip(skip), DATAGRAM_MAX - 16);
+        let (mut inputs, count) = pack(self.pending.iter().skip(skip), DATAGRAM_MAX - 16);
         let end = start.wrapping_add(count);
+        inputs.rests = rests && end == newest.wrapping_add(1);
         if end.wrapping_sub(self.unsent) as i32 > 0 {
             self.unsent = end;
         }

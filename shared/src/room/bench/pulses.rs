@@ -77,7 +77,7 @@ impl Bench {
                 _ if seat.peer.loses(tick) => before,
                 _ => last,
             };
-            let head = seat.peer.pulse_head();
+            let head = seat.peer.pulse_head(self.acknowledged.get(&to).copied().unwrap_or(0));
             seat.told_of = [self.author.latest(), last];
             let repeats = is_last_word(seat.retells) && seat.peer.loses(tick) && seat.telling == Telling::Every(1);
             let usual = if repeats { last_words.min(usual) } else { usual };
