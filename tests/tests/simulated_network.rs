@@ -295,7 +295,7 @@ async fn press_together(seed: u64, people: u8, quality: Quality) -> Outcome {
 }
 
 /// What is pressed may differ from what hands press with nothing between, since late samples are pressed beside others' than
-/// those of their own tick: in 500 seeds by 0.29 % at most, and a third more. A tenth of a second of one hand of two would be 1.7 %.
+/// those of their own tick: in 500 seeds by 0.31 % at most, and a third more. A tenth of a second of one hand of two would be 1.7 %.
 const LATE: f64 = 0.004;
 
 fn assert_same_clay(name: &str, people: u8, quality: Quality, seeds: std::ops::Range<u64>) {
