@@ -187,7 +187,7 @@ fn single_boundary_element_moves_its_neighbours_by_the_kernel() {
         let window = footprint.window();
         let local = window.local_column(surface.shape(), surface.shape().wrap(i64::from(column) + aside));
         let row = (i64::from(row) + above - i64::from(window.first_row)) as usize;
-        local.map_or(0.0, |local| footprint.column(local).get(row).copied().unwrap_or(0.0))
+        local.map_or(0.0, |local| footprint.span(local).1.get(row).copied().unwrap_or(0.0))
     };
     let push = at(0, 0);
     let expected_push = -press.response * 0.2e-3;

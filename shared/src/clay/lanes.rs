@@ -7,7 +7,7 @@
 //! sum, so that results are the same bits.
 
 pub(super) use fearless_simd::prelude::*;
-pub(super) use fearless_simd::{Level, f32x8, mask32x8, u32x8};
+pub(super) use fearless_simd::{Level, f32x8, i32x8, mask32x8, u32x8};
 
 /// Elements worked on at once.
 pub(super) const LANES: usize = 8;

@@ -9,7 +9,9 @@ use alloc::vec::Vec;
 
 use super::contact::{Contacts, nearest_turn};
 use super::ellipse::{Ellipse, Step};
-use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, counted, f32x8, root, splat};
+use super::lanes::{
+    Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, counted, f32x8, i32x8, positive, root, splat,
+};
 use super::law::PlasticLaw;
 use super::plastic::Slide;
 use super::{Footprint, GridShape, Surface, Window};
@@ -68,7 +70,7 @@ impl Rim<'_> {
         simd: S,
         surface: &Surface,
         contacts: &Contacts,
-        RimScratch { rows, bands }: &mut RimScratch,
+        RimScratch { rows, bands, area }: &mut RimScratch,
         footprint: &mut Footprint,
     ) {
         let (step, dent, end) = (Step::of(surface), self.dent, self.shape.end);
@@ -76,8 +78,8 @@ impl Rim<'_> {
         let centre_z = self.tool_z_m + dent.above_m;
         let middle = libm::roundf(centre_rad / step.column_rad);
         let window = self.window(surface, contacts, middle as i64, centre_z);
-        footprint.reset(window);
-        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.shape.area());
+        footprint.lay(window);
+        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * area.of(&self.shape));
         if crest_m == 0.0 {
             return;
         }
@@ -88,8 +90,9 @@ impl Rim<'_> {
         let half_columns = (window.columns / 2) as i32;
         let off_rad = centre_rad - middle * step.column_rad;
         let arc_per_rad = dent.radius_m / dent.half_arc_m;
-        let (half_height_m, rows_per_m) = (dent.half_height_m, 1.0 / step.row_m);
-        let chunk = |row: f32| (row as u32).saturating_sub(window.first_row) as usize / LANES;
+        let half_height_m = dent.half_height_m;
+        let (zero, one, chunks) = (splat(simd, 0.0), i32x8::splat(simd, 1), i32x8::splat(simd, rows.len() as i32));
+        let lattice = ChunkRows::new(window, step.row_m);
         for local in (0..window.columns).step_by(LANES) {
             let away_rad = if window.columns == surface.shape().columns() {
                 let turned = |lane: usize| nearest_turn((local as usize + lane) as f32 * step.column_rad - centre_rad);
@@ -99,19 +102,18 @@ impl Rim<'_> {
             };
             let arcs = away_rad * arc_per_rad;
             let left = splat(simd, end) - arcs * arcs;
-            let zero = splat(simd, 0.0);
             let outer_m = left.max(zero).sqrt() * half_height_m;
             let inner_m = (splat(simd, Self::BEGIN) - arcs * arcs).max(zero).sqrt() * half_height_m;
-            let first = ((centre_z - outer_m) * rows_per_m).to_array();
-            let last = ((centre_z + outer_m) * rows_per_m).to_array();
-            let low = ((centre_z - inner_m) * rows_per_m).to_array();
-            let high = ((centre_z + inner_m) * rows_per_m).to_array();
-            let (arcs, left) = (arcs.to_array(), left.to_array());
+            let centre = splat(simd, centre_z);
+            let from = lattice.chunk(centre - outer_m).min(chunks);
+            let to = (lattice.chunk(centre + outer_m) + one).min(chunks);
+            let to = positive(left).select(to, from).max(from);
+            let under = (lattice.chunk(centre - inner_m) + one).max(from).min(to);
+            let above = lattice.chunk(centre + inner_m).max(under).min(to);
+            let [from, under, above, to] = [from, under, above, to].map(|chunks| chunks.to_array());
+            let arcs = arcs.to_array();
             for lane in 0..LANES.min((window.columns - local) as usize) {
-                let (from, to) = (chunk(first[lane]), (chunk(last[lane]) + 1).min(rows.len()));
-                let to = if left[lane] > 0.0 { to } else { from };
-                let under = (chunk(low[lane]) + 1).clamp(from, to);
-                let above = chunk(high[lane]).clamp(under, to);
+                let [from, under, above, to] = [from, under, above, to].map(|chunks| chunks[lane] as usize);
                 bands.push(Band { arc: arcs[lane], from, under, above, to });
             }
         }
@@ -159,6 +161,25 @@ impl Rim<'_> {
 pub(super) struct RimScratch {
     rows: Vec<RimRow>,
     bands: Vec<Band>,
+    area: KnownArea,
+}
+
+/// [`RimShape::area`] as it was reckoned last: it stays the same while a tool is held, and while it slides at full speed.
+#[derive(Clone, Copy, Debug, Default)]
+struct KnownArea {
+    end: f32,
+    width: f32,
+    area: f32,
+}
+
+impl KnownArea {
+    #[inline(always)]
+    fn of(&mut self, shape: &RimShape) -> f32 {
+        if (self.end, self.width) != (shape.end, shape.width) {
+            *self = Self { end: shape.end, width: shape.width, area: shape.area() };
+        }
+        self.area
+    }
 }
 
 impl RimScratch {
@@ -167,7 +188,27 @@ impl RimScratch {
         Self {
             rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             bands: Vec::with_capacity(shape.columns() as usize),
+            area: KnownArea::default(),
         }
+    }
+}
+
+/// Where heights stand among the chunks of a window.
+struct ChunkRows {
+    per_m: f32,
+    first: f32,
+}
+
+impl ChunkRows {
+    fn new(window: Window, row_m: f32) -> Self {
+        Self { per_m: 1.0 / row_m * (1.0 / LANES as f32), first: (window.first_row as usize / LANES) as f32 }
+    }
+
+    /// The chunk in which each height is, the first one where it is below: an eighth of a number is exact, and so is what is left of
+    /// it beyond a smaller one.
+    #[inline(always)]
+    fn chunk<S: Simd>(&self, height_m: f32x8<S>) -> i32x8<S> {
+        i32x8::truncate_from((height_m * self.per_m - self.first).max(splat(height_m.simd, 0.0)))
     }
 }
 
@@ -217,8 +258,11 @@ impl Kernel {
                 |row| self.raised(simd, row, arc2, beside),
             );
         }
+        // the grid may end within the last chunk
+        let within = |chunk: usize| ((chunk - from) * LANES).min(column.len());
+        let hole = within(under)..within(above);
+        column[hole].fill(0.0);
         for (begin, end) in [(from, under), (above, to)] {
-            // the grid may end within the last chunk
             let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
             fill(
                 &rows[begin..end],

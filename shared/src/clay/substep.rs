@@ -309,11 +309,12 @@ impl SubStep {
         self.outward_m.resize(elements, 0.0);
         for footprint in &self.footprints[..presses] {
             let window = footprint.window();
-            for (local, column) in window.grid_columns(shape).enumerate() {
-                let start = column as usize * rows + window.first_row as usize;
+            for (local, column) in (0..).zip(window.grid_columns(shape)) {
+                let (span, deltas_m) = footprint.span(local);
+                let start = column as usize * rows + window.first_row as usize + span.start;
                 let inward = &mut self.inward_m[start..];
                 let outward = &mut self.outward_m[start..];
-                for ((&delta, inward), outward) in footprint.column(local as u32).iter().zip(inward).zip(outward) {
+                for ((&delta, inward), outward) in deltas_m.iter().zip(inward).zip(outward) {
                     *inward = inward.min(delta);
                     *outward = outward.max(delta);
                 }
@@ -321,18 +322,17 @@ impl SubStep {
         }
         for footprint in &mut self.footprints[..presses] {
             let window = footprint.window();
-            for (local, column) in window.grid_columns(shape).enumerate() {
-                let start = column as usize * rows + window.first_row as usize;
+            for (local, column) in (0..).zip(window.grid_columns(shape)) {
+                let (span, deltas_m) = footprint.span_mut(local);
+                let start = column as usize * rows + window.first_row as usize + span.start;
                 let inward = &mut self.inward_m[start..];
                 let outward = &mut self.outward_m[start..];
-                for ((delta, inward), outward) in footprint.column_mut(local as u32).iter_mut().zip(inward).zip(outward)
-                {
+                for ((delta, inward), outward) in deltas_m.iter_mut().zip(inward).zip(outward) {
                     // cleared, so that an overlapping footprint finds the element done
                     *delta = core::mem::take(inward) + core::mem::take(outward);
                 }
             }
-            // an element of two windows is moved with the first of them
-            footprint.widen();
+            // an element of two footprints is moved with the first of them
             surface.displace(footprint);
         }
     }

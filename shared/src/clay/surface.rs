@@ -224,7 +224,7 @@ impl Surface {
         let rows = self.shape.rows();
         let (low, high) = (splat(simd, self.radius_min_m), splat(simd, self.radius_max_m));
         let mut widest = splat(simd, 0.0);
-        for (local, column) in window.grid_columns(self.shape).enumerate() {
+        for (local, column) in (0..).zip(window.grid_columns(self.shape)) {
             let (span, deltas_m) = footprint.span(local);
             let start = column as usize * rows as usize + window.first_row as usize + span.start;
             let radii_m = &mut self.radii_m[start..][..deltas_m.len()];

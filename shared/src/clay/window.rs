@@ -197,7 +197,19 @@ impl Footprint {
         self.spans.resize(window.columns as usize, 0..window.rows);
     }
 
-    /// Takes all rows of a column outside of `rows` for undisplaced, and gives those within.
+    /// Lays the footprint over `window`, none of whose elements is displaced until [`Footprint::narrow`] gives them out: what
+    /// is not displaced need not be cleared.
+    pub(super) fn lay(&mut self, window: Window) {
+        self.window = window;
+        let elements = window.elements();
+        if self.delta_m.len() < elements {
+            self.delta_m.resize(elements, 0.0);
+        }
+        self.spans.clear();
+        self.spans.resize(window.columns as usize, 0..0);
+    }
+
+    /// Takes `rows` of a column for those that may be displaced, and gives them to be written, every one.
     #[inline]
     pub(super) fn narrow(&mut self, local: usize, rows: Range<usize>) -> &mut [f32] {
         let (start, end) = (rows.start.min(self.window.rows as usize), rows.end.min(self.window.rows as usize));
@@ -205,33 +217,51 @@ impl Footprint {
         &mut self.column_mut(local as u32)[start..end]
     }
 
-    /// Takes any element of the window for one that may be displaced.
-    pub(super) fn widen(&mut self) {
-        self.spans.fill(0..self.window.rows);
+    /// The rows of the window's column `local` that may be displaced, and their displacements, m.
+    ///
+    /// # Panics
+    /// When the window has no such column.
+    #[inline]
+    #[must_use]
+    pub fn span(&self, local: u32) -> (Range<usize>, &[f32]) {
+        let Range { start, end } = self.spans[local as usize];
+        let rows = start as usize..end as usize;
+        (rows.clone(), &self.delta_m[local as usize * self.window.rows as usize..][rows])
     }
 
-    /// The rows of the window's column `local` that may be displaced, and their displacements, m.
-    #[inline]
-    pub(super) fn span(&self, local: usize) -> (Range<usize>, &[f32]) {
-        let Range { start, end } = self.spans[local];
+    /// The same, to be changed.
+    pub(super) fn span_mut(&mut self, local: u32) -> (Range<usize>, &mut [f32]) {
+        let Range { start, end } = self.spans[local as usize];
         let rows = start as usize..end as usize;
-        (rows.clone(), &self.column(local as u32)[rows])
+        (rows.clone(), &mut self.delta_m[local as usize * self.window.rows as usize..][rows])
+    }
+
+    /// Takes more rows of a column for such as may be displaced; those that it did not have begin with no displacement.
+    #[inline(always)]
+    fn reach(&mut self, local: u32, rows: Range<usize>) {
+        let span = &mut self.spans[local as usize];
+        let had = span.start as usize..span.end as usize;
+        if had.start <= rows.start && rows.end <= had.end {
+            return;
+        }
+        let had = if had.is_empty() { rows.start..rows.start } else { had };
+        let all = had.start.min(rows.start)..had.end.max(rows.end);
+        *span = all.start as u32..all.end as u32;
+        let column = self.column_mut(local);
+        column[all.start..had.start].fill(0.0);
+        column[had.end..all.end].fill(0.0);
+    }
+
+    /// All displacements of the window's column `local` in a footprint that was [`Footprint::reset`], foot to rim, m.
+    pub(super) fn column(&self, local: u32) -> &[f32] {
+        let rows = self.window.rows as usize;
+        &self.delta_m[local as usize * rows..][..rows]
     }
 
     /// The elements it covers.
     #[must_use]
     pub const fn window(&self) -> Window {
         self.window
-    }
-
-    /// Displacements of the window's column `local`, foot to rim, m.
-    ///
-    /// # Panics
-    /// When the window has no such column.
-    #[must_use]
-    pub fn column(&self, local: u32) -> &[f32] {
-        let rows = self.window.rows as usize;
-        &self.delta_m[local as usize * rows..][..rows]
     }
 
     /// Presses a column of the contact into a rim, of which its elements keep a share; the window must cover them.
@@ -273,12 +303,7 @@ impl Footprint {
         let Some(local) = self.window.local_column(shape, column.column) else { return };
         let start = (column.first_row - self.window.first_row) as usize;
         let end = (start + by.len() * LANES).min(self.window.rows as usize);
-        let span = &mut self.spans[local as usize];
-        *span = if span.start < span.end {
-            span.start.min(start as u32)..span.end.max(end as u32)
-        } else {
-            start as u32..end as u32
-        };
+        self.reach(local, start..end);
         let (deltas, last) = self.column_mut(local)[start..].as_chunks_mut::<LANES>();
         for (lanes, of) in deltas.iter_mut().zip(by) {
             *lanes = made(of, f32x8::load_array_ref(simd, lanes)).to_array();
@@ -289,7 +314,8 @@ impl Footprint {
         }
     }
 
-    /// The same, to be written.
+    /// Displacements of the window's column `local`, foot to rim, m; of a footprint that was [`Footprint::reset`] all of them
+    /// count.
     ///
     /// # Panics
     /// When the window has no such column.

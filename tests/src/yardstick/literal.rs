@@ -46,7 +46,7 @@ impl Method for LiteralCsem {
             return contact;
         }
         let (shape, window) = (surface.shape(), footprint.window());
-        let touched: Vec<f32> = (0..window.columns).flat_map(|local| footprint.column(local).to_vec()).collect();
+        let touched: Vec<f32> = (0..window.columns).flat_map(|local| footprint.span(local).1.to_vec()).collect();
         let patch = Patch { shape, window, pushes_m: &touched };
         let least_arc_m = shape.column_angle_rad() * patch.least_radius_m(surface);
         let reach = hulls(least_arc_m).min((shape.columns() - 1) / 2);
