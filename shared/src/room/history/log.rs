@@ -74,9 +74,9 @@ impl Span {
 /// A span, packed.
 #[derive(Debug)]
 struct Packed {
-    settings: Vec<Setting>,
-    bytes: Vec<u8>,
-    airs: Vec<u16>,
+    settings: Box<[Setting]>,
+    bytes: Box<[u8]>,
+    airs: Box<[u16]>,
     since: Tick,
     /// When it was packed.
     ends: Tick,
@@ -170,9 +170,10 @@ impl Log {
     fn pack(&mut self, now: Tick, in_snapshot: bool) {
         let transcript = core::mem::take(&mut self.open.transcript);
         let packed = Packed {
-            settings: core::mem::take(&mut self.open.settings),
-            bytes: transcript.encode(self.since),
-            airs: core::mem::take(&mut self.open.airs),
+            // there are sixty of them a second: none keeps more room than it fills
+            settings: core::mem::take(&mut self.open.settings).into(),
+            bytes: transcript.encode(self.since).into(),
+            airs: core::mem::take(&mut self.open.airs).into(),
             since: self.since,
             ends: now,
             before: self.before,
@@ -194,7 +195,7 @@ impl Log {
     pub(super) fn span(&self, number: u64) -> Option<Span> {
         let packed = self.packed(number)?;
         let transcript = Transcript::decode(&packed.bytes, packed.since).expect("the log reads what it wrote");
-        Some(Span { settings: packed.settings.clone(), transcript, airs: packed.airs.clone() })
+        Some(Span { settings: packed.settings.to_vec(), transcript, airs: packed.airs.to_vec() })
     }
 
     fn packed(&self, number: u64) -> Option<&Packed> {
