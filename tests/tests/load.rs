@@ -214,6 +214,7 @@ fn short_soak_holds_its_clay_and_its_memory() {
     let done = output(&arguments);
     assert_eq!(done.status.code(), Some(0), "{}", told(&done));
     assert!(told(&done).contains("memory of the server"), "{}", told(&done));
+    assert!(told(&done).contains("a thread with nothing to do was late"), "{}", told(&done));
 }
 
 #[test]

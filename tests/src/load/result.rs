@@ -178,6 +178,10 @@ pub struct RunResult {
     pub generator_cpu_percent: Option<f64>,
     /// Its memory, MB.
     pub generator_memory_mb: Option<f64>,
+    /// Times that a thread with nothing to do, beside the generator, fell behind by more than a snapshot's period: the machine's part of
+    /// [`ServerFigures::late_ticks`].
+    #[serde(default)]
+    pub bystander_late: u64,
     /// What strangers did, where any came.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strangers: Option<StrangerFigures>,
@@ -263,12 +267,13 @@ impl RunResult {
         let percent = |value: Option<f64>| value.map_or_else(|| "?".into(), |value| format!("{value:.1} %"));
         let mb = |value: Option<f64>| value.map_or_else(|| "?".into(), |value| format!("{value:.0} MB"));
         table.push_str(&format!(
-            "{:<28}server {} of a core, {}; generator {}, {}\n",
+            "{:<28}server {} of a core, {}; generator {}, {}; a thread with nothing to do was late {} times\n",
             "machine",
             percent(self.server_cpu_percent),
             mb(self.server_memory_mb),
             percent(self.generator_cpu_percent),
-            mb(self.generator_memory_mb)
+            mb(self.generator_memory_mb),
+            self.bystander_late
         ));
         if let Some(server) = &self.server {
             table.push_str(&format!(

@@ -16,6 +16,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
+use super::bystander::Bystander;
 use super::figures::{Quantiles, Recorder, Tally};
 use super::follower::{Ledger, Subject};
 use super::host::{self, Host, HostError, Told, Usage};
@@ -203,6 +204,7 @@ struct Watched<'a> {
     result: RunResult,
     server_before: Option<(Usage, Told)>,
     generator_before: Option<Usage>,
+    bystander: Option<Bystander>,
     last: (Option<Usage>, Option<Usage>),
     /// The age of clay before strangers came and since, and they.
     ages: [Tally; 2],
@@ -249,12 +251,26 @@ impl<'a> Watched<'a> {
             server_memory_mb: None,
             generator_cpu_percent: None,
             generator_memory_mb: None,
+            bystander_late: 0,
             strangers: None,
             seconds: Vec::new(),
         };
         let (total, last, ages) = (Tally::default(), (None, None), Default::default());
-        let (server_before, generator_before, strangers) = (None, None, None);
-        Self { studio, options, spawned, total, result, server_before, generator_before, last, ages, strangers }
+        let (server_before, generator_before) = (None, None);
+        let (strangers, bystander) = (None, None);
+        Self {
+            studio,
+            options,
+            spawned,
+            total,
+            result,
+            server_before,
+            generator_before,
+            last,
+            ages,
+            strangers,
+            bystander,
+        }
     }
 
     /// Reads every second until the time is over, or a threshold is broken and that ends the run.
@@ -276,6 +292,7 @@ impl<'a> Watched<'a> {
             if is_measured && self.generator_before.is_none() {
                 self.generator_before = self.last.1;
                 self.server_before = self.last.0.zip(self.spawned.and_then(Host::told));
+                self.bystander = Some(Bystander::stand().map_err(RunError::Threads)?);
             }
             let is_besieged = self.strangers.is_some();
             self.let_strangers_come(at_s)?;
@@ -350,6 +367,7 @@ impl<'a> Watched<'a> {
         self.result.generator_cpu_percent = percent(generator, self.generator_before);
         self.result.server_memory_mb = server.map(|usage| usage.memory_mb);
         self.result.generator_memory_mb = generator.map(|usage| usage.memory_mb);
+        self.result.bystander_late = self.bystander.as_ref().map_or(0, Bystander::late);
         if let (Some((_, before)), Some(now)) = (&self.server_before, self.spawned.and_then(Host::told)) {
             self.result.server = Some(ServerFigures {
                 wake_ms: Quantiles::of(&now.wakes_since(before), 1e-3),
