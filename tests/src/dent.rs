@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Contact, GridShape, Material, Method, MethodKind, Pot, PotError, PotSpec, Press, Strength, SubStep, Window,
+    Contact, ErrorBound, GridShape, Lathe, Material, Method, MethodKind, PlasticCsem, Pot, PotError, PotSpec, Press,
+    Strength, SubStep, Window,
 };
 use pottery_shared::tool::{Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
@@ -78,6 +79,8 @@ pub struct Dented {
     pub volume_out_mm3: f64,
     /// Median time of a step with contact, ns.
     pub step_ns: f64,
+    /// Steps in which the wheel was a profile, of how many while it turned.
+    pub profile_steps: (u32, u32),
 }
 
 impl Dent {
@@ -119,7 +122,16 @@ impl Dent {
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn press_in(&self, steps_in: u32) -> Result<Dented, DentError> {
-        self.press_stepping(steps_in, Pressing::step)
+        self.press_stepping(steps_in, None, Pressing::step)
+    }
+
+    /// The same, with our method's turning wheel advanced as a profile wherever that is estimated to be as near as `bound`, and clay
+    /// that takes the time it takes on the wheel: a groove that is whole after one pass is no profile's affair.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn press_as_profile(&self, bound: ErrorBound) -> Result<Dented, DentError> {
+        self.press_stepping(STEPS_IN, Some(bound), Pressing::step)
     }
 
     /// The same, with steps of one's own: tool's angle, depth and height, and the way that the clay turns.
@@ -127,12 +139,13 @@ impl Dent {
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn press_by(&self, step: fn(&mut Pressing, f32, f32, f32, i8) -> f32) -> Result<Dented, DentError> {
-        self.press_stepping(STEPS_IN, step)
+        self.press_stepping(STEPS_IN, None, step)
     }
 
     fn press_stepping(
         &self,
         steps_in: u32,
+        bound: Option<ErrorBound>,
         one: fn(&mut Pressing, f32, f32, f32, i8) -> f32,
     ) -> Result<Dented, DentError> {
         if steps_in == 0 {
@@ -140,6 +153,14 @@ impl Dent {
         }
         let step = Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32);
         let mut pressing = Pressing::new(*self, step)?;
+        if bound.is_some() {
+            pressing.response = Material::default().response(step);
+        }
+        pressing.turning = bound.zip(self.round).map(|(bound, (rpm, ..))| Turning {
+            lathe: Lathe::new(&pressing.pot.surfaces()[0], bound, PlasticCsem::default()),
+            step_rad: rpm / 60.0 * step.0 * std::f32::consts::TAU,
+            profile_steps: (0, 0),
+        });
         let middle_z = 0.5 * self.pot.height.0;
         let mut times_ns = Vec::new();
         let mut force_n = 0.0;
@@ -159,6 +180,7 @@ impl Dent {
                 timed(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
             }
         }
+        pressing.leave_profile();
         times_ns.sort_by(f64::total_cmp);
         Ok(self.measure(&pressing, force_n, times_ns[times_ns.len() / 2]))
     }
@@ -209,7 +231,8 @@ impl Dent {
             }
         }
         let row_height_mm = surface.row_height_m() * 1e3;
-        Dented { shape, row_height_mm, radial_mm, force_n, volume_in_mm3, volume_out_mm3, step_ns }
+        let profile_steps = pressing.turning.as_ref().map_or((0, 0), |turning| turning.profile_steps);
+        Dented { shape, row_height_mm, radial_mm, force_n, volume_in_mm3, volume_out_mm3, step_ns, profile_steps }
     }
 }
 
@@ -225,6 +248,15 @@ pub struct Pressing {
     /// Where the tool is, once it has come.
     at: Option<Vec3>,
     contact: Contact,
+    turning: Option<Turning>,
+}
+
+/// A wheel that turns, as a profile where that is near enough.
+#[derive(Clone, Debug)]
+struct Turning {
+    lathe: Lathe,
+    step_rad: f32,
+    profile_steps: (u32, u32),
 }
 
 impl Pressing {
@@ -239,7 +271,7 @@ impl Pressing {
         // the reference knows no rate: a tool that goes on has to meet clay that has given way
         let viscosity = if dent.round.is_some() { Material::VISCOSITY_MIN } else { Material::default().viscosity };
         let response = Material { viscosity, ..Material::default() }.response(step);
-        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact: Contact::default() })
+        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact: Contact::default(), turning: None })
     }
 
     /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
@@ -288,8 +320,30 @@ impl Pressing {
     ) -> f32 {
         let (response, strength) = (self.response, self.dent.strength);
         let press = Press { turning, response, strength, from_m, dt: self.step, ..Press::held(self.tool, at) };
-        self.contact = self.substep.advance(&mut self.pot, &[press], method, touched)[0];
+        // while the wheel stands there is no profile
+        let profiled =
+            self.turning.as_mut().filter(|_| turning != 0).and_then(|Turning { lathe, step_rad, profile_steps }| {
+                let contact = lathe.advance(&mut self.pot.surfaces_mut()[0], &press, *step_rad, |_| ());
+                *profile_steps = (profile_steps.0 + u32::from(contact.is_some()), profile_steps.1 + 1);
+                contact
+            });
+        self.contact = match profiled {
+            Some(contact) => contact,
+            None => self.substep.advance(&mut self.pot, &[press], method, touched)[0],
+        };
         self.contact.force_n.dot(at.with_z(0.0).normalize())
+    }
+
+    /// Writes a profile that is in force to the grid, and feels there what the tool meets.
+    fn leave_profile(&mut self) {
+        let Some(Turning { lathe, .. }) = self.turning.as_mut().filter(|turning| turning.lathe.is_turning()) else {
+            return;
+        };
+        lathe.leave(&mut self.pot.surfaces_mut()[0], |_| ());
+        if let Some(at) = self.at {
+            let press = Press { response: 0.0, strength: self.dent.strength, ..Press::held(self.tool, at) };
+            self.contact = self.substep.feel(&self.pot, &press, self.dent.method);
+        }
     }
 
     /// Takes the tool away: wherever it comes back, it has not been drawn there.

@@ -117,6 +117,7 @@ impl Scene {
             volume_in_mm3,
             volume_out_mm3,
             step_ns,
+            profile_steps: (0, 0),
         }
     }
 }

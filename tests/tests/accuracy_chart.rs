@@ -227,6 +227,9 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--rpm", "-5", "--turns", "1"], &["turning speed", "above 0 rpm"]),
         (&["--rpm", "60"], &["--turns"]),
         (&["--method", "best"], &["best", "--method"]),
+        (&["--rpm", "60", "--turns", "1", "--profile", "300"], &["error bound", "--profile"]),
+        (&["--profile", "1"], &["--rpm"]),
+        (&["--method", "original", "--rpm", "60", "--turns", "1", "--profile"], &["only our method", "--profile"]),
     ];
     for (flags, words) in cases {
         let mut arguments = vec!["dent", "--out", file.to_str().unwrap()];
@@ -274,4 +277,37 @@ fn dent_is_written_for_every_element_and_printed() {
     // the tool came in 2 mm, and the clay springs back a little
     let deepest = rows.iter().map(|row| row[2]).fold(0.0, f64::min);
     assert!((-2.0..-1.0).contains(&deepest), "{deepest}");
+}
+
+#[test]
+fn dent_round_a_fast_wheel_is_near_enough_as_a_profile() {
+    let dent = |name: &str, profile: &[&str]| {
+        let file = folder(name);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        let mut arguments = vec!["dent", "--method", "ours", "--grid", "180x200", "--release", "--rpm", "180"];
+        arguments.extend(["--feed-mm-per-rev", "1", "--turns", "40", "--out", file.to_str().unwrap()]);
+        arguments.extend(profile);
+        let output = run(&arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read_to_string(&file).unwrap();
+        let displaced_mm: Vec<f64> =
+            text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect();
+        (displaced_mm, String::from_utf8(output.stdout).unwrap())
+    };
+    // nothing is as near as a ten-thousandth but the grid
+    let [(grid_mm, on_grid), (profile_mm, as_profile)] =
+        [("groove.csv", "0.01"), ("groove-profile.csv", "2")].map(|(name, bound)| {
+            let (displaced_mm, said) = dent(name, &["--profile", bound]);
+            let line = said.lines().find(|line| line.starts_with("as a profile")).expect("it says how often");
+            let steps: Vec<u32> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            (displaced_mm, steps)
+        });
+    // only once the tool has left the dent in which it began, which is not round
+    assert!(on_grid[0] == 0 && as_profile[0] > as_profile[1] / 5, "{on_grid:?} and {as_profile:?}");
+    // over the rows that were worked, as the bound is meant
+    let worked = |&(one_mm, other_mm): &(&f64, &f64)| one_mm.abs().max(other_mm.abs()) > 0.04;
+    let pairs: Vec<_> = grid_mm.iter().zip(&profile_mm).filter(worked).collect();
+    let squares: f64 = pairs.iter().map(|(one_mm, other_mm)| (*one_mm - *other_mm).powi(2)).sum();
+    let error = (squares / pairs.len() as f64).sqrt() / 2.0;
+    assert!(pairs.len() > 180 * 5 && error < 0.02, "{error} over {} elements", pairs.len());
 }

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength, Support};
+use pottery_shared::clay::{ErrorBound, GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::Dent;
 
@@ -66,6 +66,10 @@ pub(crate) struct DentFlags {
     /// How often to go round
     #[arg(long, requires = "rpm")]
     turns: Option<f32>,
+    /// While it goes round, advance our wheel as a profile wherever the error is estimated to stay below so many percent of the depth;
+    /// the clay then takes the time it takes on the wheel
+    #[arg(long, requires = "rpm", value_name = "PERCENT", num_args = 0..=1, default_missing_value = "1", value_parser = bound)]
+    profile: Option<ErrorBound>,
     /// Comma-separated file for theta_rad,z_mm,u_r_mm of every element
     #[arg(long)]
     out: PathBuf,
@@ -75,6 +79,11 @@ fn grid(text: &str) -> Result<GridShape, String> {
     let sides = text.split_once('x').and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
     let (columns, rows) = sides.ok_or("write it like 360x400")?;
     GridShape::new(columns, rows).map_err(|error| error.to_string())
+}
+
+fn bound(text: &str) -> Result<ErrorBound, String> {
+    let percent: f32 = text.parse().map_err(|_| "write it as a number of percent, like 1".to_owned())?;
+    ErrorBound::new(0.01 * percent).map_err(|error| error.to_string())
 }
 
 /// Presses as the flags say, writes the surface and prints what was measured.
@@ -102,7 +111,13 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
         release: flags.release,
         round: flags.rpm.zip(flags.turns).map(|(rpm, turns)| (rpm, Metres::from_mm(flags.feed_mm_per_rev), turns)),
     };
-    let dented = dent.press()?;
+    let dented = match flags.profile {
+        Some(_) if dent.method != MethodKind::Plastic => {
+            return Err("only our method has a profile: choose --method ours, or leave out --profile".into());
+        }
+        Some(bound) => dent.press_as_profile(bound)?,
+        None => dent.press()?,
+    };
     let rows = dented.shape.rows() as usize;
     let mut text = String::from("theta_rad,z_mm,u_r_mm\n");
     for (at, radial_mm) in dented.radial_mm.iter().enumerate() {
@@ -115,5 +130,8 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     println!("volume in       {:.2} mm³", dented.volume_in_mm3);
     println!("volume out      {:.2} mm³", dented.volume_out_mm3);
     println!("a step          {:.0} ns", dented.step_ns);
+    if flags.profile.is_some() {
+        println!("as a profile    {} of {} steps", dented.profile_steps.0, dented.profile_steps.1);
+    }
     Ok(())
 }
