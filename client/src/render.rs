@@ -8,6 +8,7 @@
 //! The world is the room: metres, z up along the wheel's axis, the foot of the pot at z = 0.
 //! Everything works within WebGL2's limits: no storage buffer, no compute, no feature asked for.
 
+mod bends;
 mod camera;
 mod enlarge;
 mod finish;

@@ -250,6 +250,67 @@ fn a_coarse_mesh_looks_like_the_full_one() {
     assert!(difference > 0.0 && difference < 0.7, "{difference} steps of 255");
 }
 
+/// Farthest, in pixels, that clay of one picture is from clay of the other, up to `within`; none when it is farther.
+fn outlines_apart(one: &[[u8; 4]], other: &[[u8; 4]], width: usize, within: i32) -> Option<i32> {
+    let height = one.len() / width;
+    let masks = [one, other].map(|pixels| pixels.iter().map(|pixel| is_clay(*pixel)).collect::<Vec<_>>());
+    let mut apart = 0;
+    for (own, others) in [(&masks[0], &masks[1]), (&masks[1], &masks[0])] {
+        for at in (0..own.len()).filter(|at| own[*at] && !others[*at]) {
+            let (x, y) = ((at % width) as i32, (at / width) as i32);
+            let is_near = |far: i32| {
+                (-far..=far).flat_map(|right| (-far..=far).map(move |down| (x + right, y + down))).any(|(x, y)| {
+                    (0..width as i32).contains(&x)
+                        && (0..height as i32).contains(&y)
+                        && others[y as usize * width + x as usize]
+                })
+            };
+            apart = apart.max((1..=within).find(|far| is_near(*far))?);
+        }
+    }
+    Some(apart)
+}
+
+#[test]
+fn what_is_left_out_moves_the_outline_by_no_more_than_half_a_pixel() {
+    // drawn six times as large as it is meant, so that half a pixel is three
+    const LARGER: f32 = 6.0;
+    let size = (1680_usize, 1080_u32);
+    let gpu = gpu();
+    let thrown = shaped_pot(GridShape::PAPER, |_, z| 0.055 + 0.0003 * (z * 1200.0).sin());
+    let turned =
+        shaped_pot(GridShape::PAPER, |angle, z| 0.055 + 0.004 * (2.0 * angle).cos() + 0.005 * (z * 60.0).sin());
+    let cut = shaped_pot(GridShape::PAPER, |_, z| if (0.09..0.10).contains(&z) { 0.050 } else { 0.058 });
+    let near = Camera { distance_m: 0.42, ..Camera::default() };
+    let profile = Camera { elevation_rad: 0.0, ..Camera::default() };
+    let mut unbound = Vec::new();
+    for (name, pot) in [("thrown", thrown), ("grooved", grooved_pot()), ("turned", turned), ("cut", cut)] {
+        let mut renderer = PotRenderer::new(&gpu, wgpu::TextureFormat::Rgba8UnormSrgb, 1, &pot);
+        for camera in [Camera::default(), near, profile] {
+            // fired and dull, so that no light makes clay look like something else
+            let scene = Scene { camera, wetness: 0.0, ..Scene::default() };
+            let mut picture = |vertex_px: f32, outline_px: f32| -> Pixels {
+                renderer.set_vertex_px(LARGER * vertex_px);
+                renderer.set_outline_px(LARGER * outline_px);
+                bytemuck::pod_collect_to_vec(&renderer.pixels(&scene, size.0 as u32, size.1).unwrap())
+            };
+            let full = picture(0.0, 0.0);
+            let coarse = picture(PotRenderer::VERTEX_PX_SOFTWARE, PotRenderer::OUTLINE_PX);
+            let coarsest = picture(PotRenderer::VERTEX_PX_SOFTWARE, f32::INFINITY);
+            let apart = outlines_apart(&full, &coarse, size.0, 12);
+            let without = outlines_apart(&full, &coarsest, size.0, 60);
+            println!(
+                "{name}, {:.2} m away: {apart:?} of six a pixel; {without:?} without the bound",
+                camera.distance_m
+            );
+            // three and the one that an edge falls into
+            assert!(apart.is_some_and(|apart| apart <= 4), "{name}: {apart:?} sixths of a pixel");
+            unbound.push(without);
+        }
+    }
+    assert!(unbound.iter().any(|apart| apart.is_none_or(|apart| apart > 6)), "the bound bounds nothing: {unbound:?}");
+}
+
 #[test]
 fn plain_and_srgb_targets_show_the_same_picture() {
     let gpu = gpu();

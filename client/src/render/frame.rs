@@ -162,11 +162,6 @@ impl Outline {
         let count = radii.len() as f32;
         radii.sum::<f32>() / count
     }
-
-    /// Largest mean radius, m.
-    pub(super) fn widest_m(&self) -> f32 {
-        self.radii_m.iter().copied().fold(0.0, f32::max)
-    }
 }
 
 impl FrameUniform {

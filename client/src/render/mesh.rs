@@ -16,26 +16,37 @@ pub(super) struct Stride {
 impl Stride {
     /// All of them.
     pub(super) const FULL: Self = Self { columns: 1, rows: 1 };
-    /// Widest stride over rows: on the default grid four to the narrowest groove that a fingertip leaves.
-    const ROWS_MAX: u32 = 4;
+    /// Widest stride over rows, and of columns twice as wide: what may be left out is for the outline to say.
+    const ROWS_MAX: u32 = 16;
     /// Columns may lie this much further apart than rows: a chord of 4° leaves a circle of 60 mm by 37 µm only,
     /// while grooves run round the pot and show in its outline row by row.
     const COLUMN_SHARE: f32 = 2.0;
 
-    /// The largest stride, a power of two, whose vertices lie at most `vertex_px` apart on a screen that shows a
-    /// metre as `px_per_m`.
-    pub(super) fn for_screen(px_per_m: f32, column_m: f32, row_m: f32, vertex_px: f32) -> Self {
-        let stride = |element_m: f32, limit_px: f32, max: u32| {
+    /// The largest stride, of powers of two, whose vertices lie at most `vertex_px` apart on a screen that shows a
+    /// metre as `px_per_m`, and whose mesh misses the surface by no more than `missed_max_px`; of two as large, the one that
+    /// keeps more rows. `missed_m` says what a stride misses.
+    pub(super) fn for_screen(
+        px_per_m: f32,
+        [column_m, row_m]: [f32; 2],
+        vertex_px: f32,
+        missed_max_px: f32,
+        missed_m: impl Fn(Self) -> f32,
+    ) -> Self {
+        let widest = |element_m: f32, limit_px: f32, max: u32| {
             let mut stride = 1;
             while stride < max && 2.0 * stride as f32 * element_m * px_per_m <= limit_px {
                 stride *= 2;
             }
             stride
         };
-        Self {
-            columns: stride(column_m, Self::COLUMN_SHARE * vertex_px, 2 * Self::ROWS_MAX),
-            rows: stride(row_m, vertex_px, Self::ROWS_MAX),
-        }
+        let columns = widest(column_m, Self::COLUMN_SHARE * vertex_px, 2 * Self::ROWS_MAX);
+        let rows = widest(row_m, vertex_px, Self::ROWS_MAX);
+        let powers = |most: u32| (0..=most.ilog2()).map(|power| 1 << power);
+        powers(columns)
+            .flat_map(|columns| powers(rows).map(move |rows| Self { columns, rows }))
+            .filter(|stride| missed_m(*stride) * px_per_m <= missed_max_px)
+            .max_by_key(|stride| (stride.columns * stride.rows, stride.columns))
+            .unwrap_or(Self::FULL)
     }
 }
 

@@ -7,6 +7,7 @@
 use pottery_shared::clay::{GridShape, Pot, Skin, Window};
 use pottery_shared::snapshot::Touched;
 
+use super::bends::Bends;
 use super::enlarge::Enlarger;
 use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
@@ -78,11 +79,14 @@ pub struct PotRenderer {
     format: wgpu::TextureFormat,
     sample_count: u32,
     vertex_px: f32,
+    outline_px: f32,
     pipelines: Pipelines,
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     water: WaterMap,
     grids: Vec<GridTextures>,
+    /// How much each surface bends.
+    bends: Vec<Bends>,
     skins: Vec<SkinDrawing>,
     meshes: Meshes,
     solids: Solids,
@@ -97,6 +101,8 @@ impl PotRenderer {
     pub const VERTEX_PX: f32 = 1.5;
     /// The same when the processor draws, where vertices cost most; the light still sees every element.
     pub const VERTEX_PX_SOFTWARE: f32 = 6.0;
+    /// Farthest that the outline of what is drawn may lie from that of all elements, pixels.
+    pub const OUTLINE_PX: f32 = 0.5;
 
     /// A renderer of `pot` into pictures of `color_format` with `samples` samples a pixel (1 or 4).
     ///
@@ -128,9 +134,11 @@ impl PotRenderer {
             sample_count: samples,
             vertex_px: if gpu.is_software() { Self::VERTEX_PX_SOFTWARE } else { Self::VERTEX_PX },
             pipelines,
+            outline_px: Self::OUTLINE_PX,
             frame,
             frame_group,
             water,
+            bends: pot.surfaces().iter().map(|surface| Bends::new(surface.shape())).collect(),
             grids,
             skins,
             meshes: Meshes::default(),
@@ -147,10 +155,15 @@ impl PotRenderer {
 
     /// Sets the largest distance on screen between neighbouring vertices, pixels; 0 draws every element.
     ///
-    /// The stride is the largest power of two that keeps to it where the pot is nearest. Columns may lie twice as
-    /// far apart as rows.
+    /// The stride is the largest power of two that keeps to it where the pot is nearest, and to [`Self::set_outline_px`]. Columns may
+    /// lie twice as far apart as rows.
     pub fn set_vertex_px(&mut self, vertex_px: f32) {
         self.vertex_px = vertex_px;
+    }
+
+    /// Sets by how much the outline may be off for vertices that are left out, pixels of what is drawn; [`Self::OUTLINE_PX`] at first.
+    pub fn set_outline_px(&mut self, outline_px: f32) {
+        self.outline_px = outline_px;
     }
 
     /// Sets the share of width and height that is drawn, above 0 up to 1; what is smaller is enlarged to the picture.
@@ -164,6 +177,7 @@ impl PotRenderer {
     /// When the pot has other surfaces than the one the renderer was made for, or the window lies outside.
     pub fn upload(&mut self, pot: &Pot, surface: usize, window: Window) {
         self.grids[surface].upload(&self.queue, &pot.surfaces()[surface], window);
+        self.bends[surface].note(&pot.surfaces()[surface], window);
         self.note_heights(pot);
     }
 
@@ -182,9 +196,10 @@ impl PotRenderer {
     /// When the pot has other surfaces than the one the renderer was made for.
     pub fn upload_all(&mut self, pot: &Pot) {
         assert_eq!(pot.surfaces().len(), self.grids.len());
-        for (grid, surface) in self.grids.iter_mut().zip(pot.surfaces()) {
+        for ((grid, bends), surface) in self.grids.iter_mut().zip(&mut self.bends).zip(pot.surfaces()) {
             let whole = grid.whole();
             grid.upload(&self.queue, surface, whole);
+            bends.note(surface, whole);
         }
         self.note_heights(pot);
     }
@@ -278,14 +293,16 @@ impl PotRenderer {
     /// Chooses every skin's stride for the view, tells the shaders, and returns the stride and the mesh's number.
     fn choose_meshes(&mut self, scene: &Scene<'_>, aspect: f32, height_px: u32) -> Vec<(Stride, usize)> {
         let eye_m = scene.camera.eye_m();
-        let nearest_m = (eye_m.distance(eye_m.with_z(0.0).clamp_length_max(self.outline.widest_m()))).max(0.02);
+        let widest_m = self.bends.iter().map(Bends::widest_m).fold(0.0, f32::max);
+        let nearest_m = (eye_m.distance(eye_m.with_z(0.0).clamp_length_max(widest_m))).max(0.02);
         let px_per_m = 0.5 * height_px as f32 / (scene.camera.half_height(aspect) * nearest_m);
-        let (widest_m, vertex_px) = (self.outline.widest_m(), self.vertex_px);
+        let (vertex_px, outline_px) = (self.vertex_px, self.outline_px);
         let mut chosen = Vec::with_capacity(self.skins.len());
         for drawing in &self.skins {
             let column_m = drawing.shape.column_angle_rad() * widest_m;
             let row_m = drawing.row_height_m;
-            let stride = Stride::for_screen(px_per_m, column_m, row_m, vertex_px);
+            let missed_m = |stride| self.bends[drawing.skin.surface].missed_m(stride);
+            let stride = Stride::for_screen(px_per_m, [column_m, row_m], vertex_px, outline_px, missed_m);
             let uniform = SkinUniform::new(drawing.shape, row_m, drawing.skin, drawing.first_row, stride);
             self.queue.write_buffer(&drawing.uniform, 0, bytemuck::bytes_of(&uniform));
             chosen.push((stride, self.meshes.find(&self.device, drawing.shape, drawing.first_row, stride)));

@@ -156,7 +156,10 @@ fn studio(gpu: &Gpu, pot: &Pot, vertex_px: Option<f32>) -> Draw {
     };
     let (mut whole, mut sparse) = (renderer(vertex_px), renderer(Some(SPARSE_PX)));
     // its stride is that of the large picture, which a picture of one pixel would not choose by itself
-    let mut speck = renderer(vertex_px.or(Some(vertex_px_of_speck(&gpu))));
+    let smaller = speck_to_sheet();
+    let as_seen_px = if gpu.is_software() { PotRenderer::VERTEX_PX_SOFTWARE } else { PotRenderer::VERTEX_PX };
+    let mut speck = renderer(vertex_px.or(Some(smaller * as_seen_px)));
+    speck.set_outline_px(smaller * PotRenderer::OUTLINE_PX);
     // the studio as it comes, where the processor draws
     let mut sharpness = (vertex_px.is_none() && gpu.is_software()).then(Sharpness::default);
     let (sheet, dot) = (target(&gpu, SIZE), target(&gpu, SPECK));
@@ -183,13 +186,12 @@ fn studio(gpu: &Gpu, pot: &Pot, vertex_px: Option<f32>) -> Draw {
     })
 }
 
-/// The distance between vertices in a picture of one pixel's height that is the studio's own in the large one.
-fn vertex_px_of_speck(gpu: &Gpu) -> f32 {
-    let large_px = if gpu.is_software() { PotRenderer::VERTEX_PX_SOFTWARE } else { PotRenderer::VERTEX_PX };
+/// By how much smaller a picture of one pixel's height shows things than the large one.
+fn speck_to_sheet() -> f32 {
     // a square picture has a wider angle of view
     let camera = Camera::default();
     let narrower = camera.half_height(SIZE.0 as f32 / SIZE.1 as f32) / camera.half_height(1.0);
-    large_px * narrower * SPECK.1 as f32 / SIZE.1 as f32
+    narrower * SPECK.1 as f32 / SIZE.1 as f32
 }
 
 fn target(gpu: &Gpu, (width, height): (u32, u32)) -> wgpu::TextureView {
@@ -289,7 +291,7 @@ const NOTES: &str = "
   rim, floor, wheel and pan with the whole light of the studio. So ours has more to do in the whole picture.
 - Ours: *transformation* is the time in which what changed is sent, its slopes are made and the vertices are, measured as a picture
   of one pixel less one with neither, until the device has finished. Where the processor draws, that is its time as well.
-- Ours *as seen* draws as many vertices as can be told apart, and where the processor draws, as many pixels as it can in 22 ms,
+- Ours *as seen* draws as many vertices as can be told apart, so that no outline is off by more than half a pixel, and where the processor draws, as many pixels as it can in 22 ms,
   enlarged to the picture.
 - The device is waited for after each picture; a studio does not wait, so that on a graphics card it draws more a second.
 ";
