@@ -16,7 +16,7 @@ use pottery_client::boundary::Status;
 use pottery_client::device::Device;
 use pottery_client::guiding::{GuidanceShown, GuideCommand, LinePlace};
 use pottery_client::view::SharedView;
-use pottery_client::{Command, HapticLoop, NetworkReport, Seat, Target};
+use pottery_client::{Command, HapticLoop, NetworkReport, Onlooker, Seat, Target};
 use pottery_server::ServerConfig;
 use pottery_shared::clay::{Form, PotSpec, Target as Profile};
 use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode};
@@ -104,6 +104,12 @@ impl Studio {
     fn open() -> Self {
         let config = ServerConfig { wheel_speed: Rpm(0.0), wheels: 2, ..ServerConfig::default() };
         Self { simulation: Simulation::open(3, config).unwrap(), people: 0 }
+    }
+
+    async fn look(&mut self, quality: Quality) -> Onlooker {
+        self.people += 1;
+        let endpoint = self.simulation.endpoint(self.people, quality, quality).unwrap();
+        Onlooker::join(&endpoint, &self.simulation.target(0), 100_000).await.unwrap()
     }
 
     async fn join(&mut self, wheel: u16, quality: Quality, teaches: bool) -> Person {
@@ -419,8 +425,17 @@ fn a_target_comes_to_everybody_and_to_who_comes_later_until_it_is_taken_away() {
         let teacher = studio.join(1, Quality::LAN, true).await;
         let student = studio.join(2, Quality::LAN, false).await;
         let profile = Profile::of(&Form::Bottle.pot(PotSpec::default()).unwrap());
+        let onlooker = studio.look(Quality::LAN).await;
+        let seen = |onlooker: &Onlooker| onlooker.look(|watcher, _| watcher.target().cloned());
+        sleep(ms(300)).await;
+        assert_eq!(seen(&onlooker), None, "there is none yet");
         teacher.ask(GuideCommand::Target(Some(Box::new(profile.clone())))).await;
         let late = studio.join(2, Quality::LAN, false).await;
+        let late_onlooker = studio.look(Quality::LAN).await;
+        sleep(ms(300)).await;
+        for onlooker in [&onlooker, &late_onlooker] {
+            assert_eq!(seen(onlooker), teacher.shown().target, "who looks on sees what is wanted");
+        }
         for person in [&teacher, &student, &late] {
             let target = person.shown().target.unwrap();
             assert_eq!(target.height_m(), profile.height_m());
@@ -430,6 +445,8 @@ fn a_target_comes_to_everybody_and_to_who_comes_later_until_it_is_taken_away() {
         }
         teacher.ask(GuideCommand::Target(None)).await;
         assert!([&teacher, &student, &late].iter().all(|person| person.shown().target.is_none()));
+        sleep(ms(300)).await;
+        assert!([&onlooker, &late_onlooker].iter().all(|onlooker| seen(onlooker).is_none()));
         studio.simulation.server.stop().await;
     });
 }

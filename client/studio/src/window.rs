@@ -17,6 +17,7 @@ mod panel;
 mod player;
 mod stage;
 mod tiles;
+mod standing;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -171,7 +172,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
     }
     let keeper = Keeper::open(Preferences::file());
-    let mut looker = Looker::new(onlooker, alone, keeper.words(), event_loop.create_proxy());
+    let mut looker = Looker::new(onlooker, alone, &keeper, event_loop.create_proxy());
     event_loop.run_app(&mut looker).context("the window failed")?;
     let (onlooker, failure) = looker.finish();
     runtime.block_on(onlooker.leave())?;

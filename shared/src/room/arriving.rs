@@ -116,12 +116,12 @@ impl Room {
                 self.places.insert(peer, place);
                 self.make_busy(place);
                 self.benches[place].seat(peer, client, retells, self.now, &mut self.outbox);
-                if self.has_target() {
-                    self.tell_target(peer);
-                }
             }
             (Purpose::Watches { bytes_per_s }, _) => self.seat_viewer(peer, bytes_per_s),
             (Purpose::Works { .. }, None) => {}
+        }
+        if self.has_target() {
+            self.tell_target(peer);
         }
         self.tell_place(client, resume);
         if self.has_target() && self.people.person(client).is_some_and(|person| person.role == Role::Teacher) {

@@ -104,14 +104,14 @@ impl Room {
         }
         self.guidance.target = target;
         self.begin_progress();
-        let everybody: Vec<_> = self.places.keys().copied().collect();
+        let everybody: Vec<_> = self.people.here().map(|(_, _, peer)| peer).collect();
         for to in everybody {
             self.tell_target(to);
         }
         Ok(())
     }
 
-    /// Tells somebody at a wheel what the pots are to become.
+    /// Tells somebody who works or looks on what the pots are to become.
     pub(super) fn tell_target(&mut self, to: PeerId) {
         let notice = Peer::notice(&Notice::Target(self.guidance.target.clone()));
         self.send(to, Lane::Control(notice));

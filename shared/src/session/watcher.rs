@@ -15,8 +15,8 @@ use super::retelling::UNLIKE_MAX;
 use super::setting::{self, Setting};
 use super::watched::{ASK_AGAIN_AFTER, WatchCounts, Watched};
 use super::welcome::pot_of;
-use super::{ClassView, ClientError, greeting};
-use crate::clay::{MethodKind, Pot};
+use super::{ClassView, ClientError, greeting, target_of};
+use crate::clay::{MethodKind, Pot, Target};
 use crate::protocol::{self, Hello, Keyframe, NewsWire, Notice, Pass, Purpose, Request, Sight, SightName};
 use crate::snapshot::Detail;
 use crate::tool::ConvexTool;
@@ -60,6 +60,8 @@ pub struct Watcher {
     /// Of sights that are no longer watched.
     before: WatchCounts,
     class: ClassView,
+    /// What the pots are to become.
+    target: Option<Target>,
     is_closing: bool,
     effort: Effort,
     /// Whether it keeps up with pressing again what is pressed where it looks.
@@ -96,6 +98,7 @@ impl Watcher {
             control: VecDeque::new(),
             before: WatchCounts::default(),
             class: ClassView::default(),
+            target: None,
             is_closing: false,
             effort: Effort::default(),
             keeps_up: true,
@@ -112,6 +115,12 @@ impl Watcher {
     #[must_use]
     pub const fn class(&self) -> &ClassView {
         &self.class
+    }
+
+    /// What the pots are to become, if anything.
+    #[must_use]
+    pub const fn target(&self) -> Option<&Target> {
+        self.target.as_ref()
     }
 
     /// Whether the server has said that it stops.
@@ -279,6 +288,7 @@ impl Watcher {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
             Notice::Closing => self.is_closing = true,
             Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::Target(target) => self.target = target.as_ref().and_then(target_of),
             Notice::News(NewsWire { wheel, told, of }) => {
                 // what is no longer looked at may still be told of
                 let Some(place) = self.places.get_mut(&wheel) else { return Ok(()) };

@@ -70,6 +70,13 @@ pub(super) fn show(context: &egui::Context, camera: &Camera, shown: &GuidanceSho
     }
 }
 
+/// Paints the pot that is wanted and nothing else.
+pub(super) fn show_target(context: &egui::Context, camera: &Camera, target: &Target) {
+    let sight = Sight { camera, window: context.content_rect() };
+    let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("ghosts")));
+    paint_target(&sight, &painter, target);
+}
+
 /// A place of a line, on the clay of the pot as it is turned, m.
 fn on_clay_m(pot: &Pot, phase: Phase, place: &LinePlace) -> Vec3 {
     let surface = &pot.surfaces()[0];

@@ -11,7 +11,7 @@ use glam::Vec2;
 use pottery_client::Onlooker;
 use pottery_client::render::{Camera, GalleryScene, Scene, ToolView, WheelView};
 use pottery_client::view::Link;
-use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface};
+use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Target};
 use pottery_shared::session::{RemoteTool, Watched};
 use pottery_shared::snapshot::{Detail, Touched};
 use pottery_shared::tool::{ConvexTool, rack};
@@ -24,13 +24,19 @@ use winit::window::WindowId;
 
 use super::app::colour;
 use super::frame;
+use super::ghost;
 use super::overlay::{self, Call, Overlay};
+use super::panel::dress;
 use super::stage::{Pace, Picture, Stage};
+use super::standing::Standing;
 use super::tiles::Tiles;
+use crate::preferences::{Keeper, Preferences};
 use crate::words::Words;
 
 /// Time between looks at whether there is something to draw.
 const FRAME_IDLE: Duration = Duration::from_millis(500);
+/// Size of the picture of one wheel's profile, points.
+const PICTURE: egui::Vec2 = egui::vec2(220.0, 110.0);
 /// Wheels on one page: one less than a server shows to one person, since two sights of a wheel may be on their way.
 const PAGE: u16 = 60;
 
@@ -44,12 +50,15 @@ struct Place {
     is_sent: bool,
     phase: Phase,
     tools: Vec<RemoteTool>,
+    /// How far it is from what it is to become.
+    standing: Standing,
 }
 
 /// The window's state.
 pub(super) struct Looker {
     onlooker: Onlooker,
     words: Words,
+    liking: Preferences,
     proxy: EventLoopProxy<Call>,
     stage: Option<Stage>,
     overlay: Option<Overlay>,
@@ -59,6 +68,8 @@ pub(super) struct Looker {
     wheels: u16,
     first: u16,
     places: Vec<Place>,
+    /// What all pots are to become.
+    target: Option<Target>,
     /// The wheel that is looked at closely, whether it is the only one that ever is, and whether its pot is the painter's.
     close: Option<u16>,
     is_alone: bool,
@@ -80,12 +91,13 @@ pub(super) struct Looker {
 
 impl Looker {
     /// Looks at all wheels, or at `alone` only.
-    pub(super) fn new(onlooker: Onlooker, alone: Option<u16>, words: Words, proxy: EventLoopProxy<Call>) -> Self {
+    pub(super) fn new(onlooker: Onlooker, alone: Option<u16>, keeper: &Keeper, proxy: EventLoopProxy<Call>) -> Self {
         let wheels = onlooker.look(|watcher, _| watcher.wheels());
         let now = Instant::now();
         let mut looker = Self {
             onlooker,
-            words,
+            words: keeper.words(),
+            liking: keeper.liking().clone(),
             proxy,
             stage: None,
             overlay: None,
@@ -94,6 +106,7 @@ impl Looker {
             wheels,
             first: 1,
             places: Vec::new(),
+            target: None,
             close: alone,
             is_alone: alone.is_some(),
             is_close_shown: false,
@@ -191,7 +204,7 @@ impl Looker {
         let passed = self.started.elapsed().as_millis() as i64;
         let (places, close) = (&mut self.places, self.close);
         let (is_close_shown, rack) = (&mut self.is_close_shown, &mut self.rack);
-        let (ahead, is_anew) = (&mut self.ahead, &mut self.is_anew);
+        let (ahead, is_anew, target) = (&mut self.ahead, &mut self.is_anew, &mut self.target);
         let wheels = places.len();
         let mut is_news = false;
         let camera = &mut self.camera;
@@ -207,9 +220,19 @@ impl Looker {
                 (*rack, is_news) = (known, true);
             }
             let now = Tick(ahead.map_or(0, |ahead| passed + ahead).max(0) as u64);
+            let is_other = target.as_ref() != watcher.target();
+            if is_other {
+                *target = watcher.target().cloned();
+            }
             for (number, place) in places.iter_mut().enumerate() {
+                is_news |= place.standing.hear(place.wheel, watcher.class().people());
+                let told = watcher.class().progress().get(&place.wheel).cloned();
                 let Some(sight) = watcher.sight_mut(place.wheel) else { continue };
                 is_news |= place.take_in(sight, now);
+                if is_other || !place.changed.is_empty() {
+                    place.standing.note_change();
+                }
+                is_news |= place.standing.compare(target.as_ref(), told.as_ref(), sight.pot());
                 let is_closely = sight.detail().shows_tools();
                 if close == Some(place.wheel) && is_closely {
                     if !*is_close_shown {
@@ -251,16 +274,28 @@ impl Looker {
         let size = stage.window.inner_size();
         let tiles = Tiles::of(self.places.len(), size.width.max(1) as f32 / size.height.max(1) as f32);
         let (words, places, link) = (&self.words, &self.places, &self.link);
+        let (target, camera) = (self.target.as_ref(), &self.camera);
         let (close, is_alone) = (self.close.filter(|_| self.is_close_shown), self.is_alone);
         let is_waiting = places.iter().all(|place| !place.is_sent) && close.is_none();
-        let mut wish = None;
+        let (mut wish, liking) = (None, &self.liking);
+        overlay.enlarge(&stage.window, f32::from(liking.text_percent) / 100.0);
         let shapes = overlay.lay_out(&stage.window, |ui| {
             let context = ui.ctx();
+            dress(context, liking);
             match close {
-                Some(wheel) => wish = wish.or(show_close(context, words, wheel, is_alone)),
+                Some(wheel) => {
+                    if let Some(target) = target {
+                        ghost::show_target(context, camera, target);
+                    }
+                    let place = places.iter().find(|place| place.wheel == wheel);
+                    wish = wish.or(place.and_then(|place| show_close(context, words, place, target, is_alone)));
+                }
                 None => {
-                    let name = |number: usize| wheel_name(words, places[number].wheel);
-                    wish = wish.or(tiles.show(context, name).map(|number| Some(places[number].wheel)));
+                    let said = |number: usize| places[number].standing.said(words, places[number].wheel);
+                    let paint = |number: usize, painter: &egui::Painter, part| {
+                        places[number].standing.paint(painter, part, target);
+                    };
+                    wish = wish.or(tiles.show(context, said, paint).map(|number| Some(places[number].wheel)));
                 }
             }
             let said = match link {
@@ -323,7 +358,8 @@ impl Looker {
 impl Place {
     fn new(wheel: u16) -> Self {
         let changed = Touched::none(std::iter::empty());
-        Self { wheel, changed, shape: None, is_sent: false, phase: Phase::default(), tools: Vec::new() }
+        let (phase, standing) = (Phase::default(), Standing::default());
+        Self { wheel, changed, shape: None, is_sent: false, phase, tools: Vec::new(), standing }
     }
 
     /// Takes in a sight as it is now; whether its picture changes.
@@ -384,16 +420,22 @@ fn tool_view(tool: &RemoteTool) -> ToolView {
     }
 }
 
-fn wheel_name(words: &Words, wheel: u16) -> String {
-    words.say_with("wheel-number", &[("number", &wheel.to_string())])
-}
-
 /// What stands over one wheel; the way back, if the person wants it.
-fn show_close(context: &egui::Context, words: &Words, wheel: u16, is_alone: bool) -> Option<Option<u16>> {
+fn show_close(
+    context: &egui::Context,
+    words: &Words,
+    place: &Place,
+    target: Option<&Target>,
+    is_alone: bool,
+) -> Option<Option<u16>> {
     let mut wish = None;
     let window = egui::Window::new("wheel").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]);
     window.show(context, |ui| {
-        ui.label(RichText::new(wheel_name(words, wheel)).strong());
+        ui.label(RichText::new(place.standing.said(words, place.wheel)).strong());
+        if target.is_some() {
+            let (response, painter) = ui.allocate_painter(PICTURE, egui::Sense::hover());
+            place.standing.paint_in(&painter, response.rect, target);
+        }
         if !is_alone && ui.button(words.say("all-wheels")).clicked() {
             wish = Some(None);
         }

@@ -10,7 +10,7 @@ mod invitation;
 mod keys;
 mod liking;
 mod people;
-mod profiles;
+pub(super) mod profiles;
 mod tool;
 
 use egui::{Align2, Color32, RichText};
@@ -121,7 +121,7 @@ pub(super) fn colour_of([red, green, blue]: [f32; 3]) -> Color32 {
 }
 
 /// Takes over how the person likes the window to look.
-fn dress(context: &egui::Context, liking: &Preferences) {
+pub(super) fn dress(context: &egui::Context, liking: &Preferences) {
     context.set_theme(match liking.theme {
         Theme::Dark => egui::ThemePreference::Dark,
         Theme::Light => egui::ThemePreference::Light,

@@ -3,7 +3,8 @@
 //! Owns the grid of parts; draws no clay.
 //! Invariant: the parts do not overlap, and a click in one means its wheel.
 
-use egui::{Rect, Sense, pos2, vec2};
+use egui::text::LayoutJob;
+use egui::{Align, FontId, Rect, Sense, pos2, vec2};
 use glam::Vec2;
 
 /// Width over height that suits a wheel.
@@ -39,8 +40,13 @@ impl Tiles {
         (Vec2::new(-1.0 + half.x * (2.0 * column + 1.0), 1.0 - half.y * (2.0 * row + 1.0)), half)
     }
 
-    /// Lays a button over every part, with its name at the foot; the one that was pressed.
-    pub(super) fn show(&self, context: &egui::Context, name: impl Fn(usize) -> String) -> Option<usize> {
+    /// Lays a button over every part, with what is said of it at the foot, lines apart, and paints over it; the one that was pressed.
+    pub(super) fn show(
+        &self,
+        context: &egui::Context,
+        said: impl Fn(usize) -> String,
+        paint: impl Fn(usize, &egui::Painter, Rect),
+    ) -> Option<usize> {
         let window = context.content_rect();
         let size = vec2(window.width() / self.columns as f32, window.height() / self.rows as f32);
         let letters = LETTERS.min(0.12 * size.y);
@@ -50,8 +56,8 @@ impl Tiles {
                 let at = vec2((number % self.columns) as f32, (number / self.columns) as f32);
                 let part = Rect::from_min_size(window.min + at * size, size).shrink(2.0);
                 let response = ui.interact(part, ui.scope_id().with(number), Sense::click());
-                let said = name(number);
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &said));
+                let said = said(number);
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, said.replace('\n', ": ")));
                 let is_met = response.hovered() || response.has_focus();
                 let visuals = ui.visuals();
                 let colour = if is_met { visuals.strong_text_color() } else { egui::Color32::from_gray(190) };
@@ -59,9 +65,12 @@ impl Tiles {
                     let stroke = egui::Stroke::new(1.5, visuals.selection.bg_fill);
                     ui.painter().rect_stroke(part, 6.0, stroke, egui::StrokeKind::Inside);
                 }
-                let foot = pos2(part.center().x, part.max.y - 4.0);
-                let font = egui::FontId::proportional(letters);
-                ui.painter().text(foot, egui::Align2::CENTER_BOTTOM, &said, font, colour);
+                let mut job = LayoutJob::simple(said, FontId::proportional(letters), colour, part.width() - 8.0);
+                job.halign = Align::Center;
+                let words = ui.painter().layout_job(job);
+                let top = pos2(part.center().x, part.max.y - 4.0 - words.size().y);
+                ui.painter().galley(top, words, colour);
+                paint(number, ui.painter(), part);
                 if response.clicked() {
                     pressed = Some(number);
                 }

@@ -217,6 +217,7 @@ replay-play = Abspielen
 
 wheel-number = Scheibe { $number }
 all-wheels = Alle Scheiben (Esc)
+tile-progress = { $rms } mm RMS daneben, höchstens { $most } mm
 waiting-for-wheels = warte auf die Scheiben …
 looking-again = die Verbindung ist abgebrochen; gleich ist wieder etwas zu sehen …
 ## Leute und Unterricht

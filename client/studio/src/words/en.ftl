@@ -217,6 +217,7 @@ replay-play = Play
 
 wheel-number = wheel { $number }
 all-wheels = All wheels (Esc)
+tile-progress = off by { $rms } mm RMS, { $most } mm at most
 waiting-for-wheels = waiting for the wheels …
 looking-again = the connection broke; looking again …
 ## People and the lesson

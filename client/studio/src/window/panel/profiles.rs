@@ -12,7 +12,7 @@ const FAR_M: f32 = 0.005;
 const FULL: f32 = 130.0;
 
 /// Paints both: what is wanted in dashes, what is there from green to red, as far as it is off.
-pub(super) fn paint(painter: &Painter, within: Rect, target: &Target, is: &Target) {
+pub(in crate::window) fn paint(painter: &Painter, within: Rect, target: &Target, is: &Target) {
     let widest_m = target.radii_m().iter().chain(is.radii_m()).copied().fold(0.0, f32::max);
     let tallest_m = target.height_m().max(is.height_m());
     let scale = (within.height() / tallest_m).min(0.5 * within.width() / widest_m) * 0.95;
