@@ -91,6 +91,11 @@ fn a_student_sees_what_a_teacher_draws_and_wants_and_is_free_with_one_key() {
         ask(GuideCommand::Guide { student, guidance: Guidance::new(GuidanceMode::Point, 1.0) });
         let is_guiding = || teacher.view().lock().guidance.pair.is_some();
         until("the teacher guides", is_guiding).await;
+        // her tool is before the pot, and hides a part of it
+        let clay = || count(&display, |[red, green, blue]| red > blue + 24 && red > green + 10);
+        let before = clay();
+        hand.write(Pointer { target_m: Some(Vec3::new(0.0, -0.1, 0.1)), ..Pointer::default() });
+        until("the teacher's tool is seen", || clay() + 700 < before).await;
         for step in 0..150_u8 {
             // along the side of the pot that the student sees, a little into the clay
             let (sin, cos) = (-std::f32::consts::FRAC_PI_2 + 0.004 * (f32::from(step) - 75.0)).sin_cos();

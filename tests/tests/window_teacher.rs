@@ -13,8 +13,9 @@ use pottery_client::view::{Link, View};
 use pottery_client::{Command, JoinError, Potter, PotterOptions, Target, endpoint};
 use pottery_server::{Server, ServerConfig};
 use pottery_shared::haptics::{Guidance, GuidanceMode};
-use pottery_shared::protocol::{ClassWire, GuidanceEnd, Refusal, WheelInfo};
+use pottery_shared::protocol::{ClassWire, GuidanceEnd, Presence, Refusal, WheelInfo};
 use pottery_shared::session::ClientError;
+use pottery_shared::units::Tick;
 use pottery_tests::display::Display;
 
 /// How long anything takes at most; reached only when something is wrong.
@@ -89,6 +90,13 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         window.press("Thaw");
         until(&witness, "wheel 2 has thawed", |view| wheels(view, |info| info.is_frozen, [false; 2])).await;
 
+        // the window's own wheel is set, and another one like it
+        let rpm = |view: &View| view.conditions.wheel.speed(Tick(u64::MAX >> 1)).0.round();
+        assert!(rpm(&witness.view().lock()) != 120.0, "it is so already");
+        window.press("trim");
+        window.press("As mine");
+        until(&witness, "wheel 2 turns as the window's", |view| rpm(view) == 120.0).await;
+
         window.press("Close");
         until(&witness, "wheel 2 is closed", |view| wheels(view, |info| info.is_open, [true, false])).await;
         assert_eq!(refusal(sit(&at(2)).await), Some(Refusal::WheelClosed { wheel: 2 }));
@@ -153,6 +161,46 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
         }
+
+        // what a teacher gave everybody half a minute ago comes back
+        let bottle = server.standing().await.unwrap().digests[1];
+        tokio::time::sleep(Duration::from_secs(30)).await;
+        window.open("Same pot");
+        window.press("ball");
+        clay(&server, "a ball at wheel 2", |now| now[1] != bottle).await;
+        window.open("Back");
+        window.press("by 30 s");
+        clay(&server, "the bottle of half a minute ago", |now| now[1] == bottle).await;
+
+        window.press("lobby");
+        until(&witness, "there is a lobby", |view| class(view, |class| class.has_lobby)).await;
+        let waits = |count| {
+            move |view: &View| {
+                view.class.people().filter(|person| person.presence == Presence::Waiting).count() == count
+            }
+        };
+        let knock = || {
+            let there = at(1);
+            tokio::spawn(async move { sit(&there).await })
+        };
+        let coming = knock();
+        until(&witness, "somebody waits at the door", waits(1)).await;
+        window.press("let in");
+        let (_own, admitted) = coming.await.unwrap().unwrap();
+        until(&witness, "nobody waits any more", waits(0)).await;
+        let coming = knock();
+        until(&witness, "somebody else waits", waits(1)).await;
+        window.press("send away");
+        assert_eq!(refusal(coming.await.unwrap()), Some(Refusal::NotAdmitted));
+        let coming = [knock(), knock()];
+        until(&witness, "two wait", waits(2)).await;
+        window.press("Let all in");
+        for coming in coming {
+            drop(coming.await.unwrap().unwrap().1.leave().await.unwrap());
+        }
+        drop(admitted.leave().await.unwrap());
+        window.press("lobby");
+        until(&witness, "the lobby is closed", |view| class(view, |class| !class.has_lobby)).await;
 
         window.press("locked");
         until(&witness, "the door is locked", |view| class(view, |class| class.is_locked)).await;

@@ -7,7 +7,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
@@ -103,7 +103,11 @@ struct Opened {
 impl Opened {
     fn new(window: &Arc<Window>, display: &OwnedDisplayHandle, is_software: bool) -> anyhow::Result<Self> {
         let instance = wgpu::Instance::new(Gpu::instance_descriptor().with_display_handle(Box::new(display.clone())));
-        let surface = instance.create_surface(Arc::clone(window)).context("the window cannot be drawn on")?;
+        let surface = instance.create_surface(Arc::clone(window)).map_err(|error| {
+            anyhow!(
+                "nothing on this machine can draw in a window: install a graphics driver, on Debian `apt install mesa-vulkan-drivers` ({error})"
+            )
+        })?;
         let open = if is_software { Gpu::software_for_surface } else { Gpu::for_surface };
         let gpu = open(&instance, &surface)?;
         let size = window.inner_size();
