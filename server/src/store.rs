@@ -217,3 +217,45 @@ impl Store {
         troubles
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pottery_shared::clay::{Conditions, Pot, PotSpec};
+    use pottery_shared::units::Tick;
+
+    /// Lets time pass, a second at a time, with somebody at the one wheel, whose clay has that digest; how often its pot was copied.
+    async fn passed(store: &mut Store, seconds: std::ops::Range<u64>, digest: u64) -> u32 {
+        let mut copied = 0;
+        for second in seconds {
+            let take = |_| {
+                copied += 1;
+                let pot = Pot::new(PotSpec::default()).ok()?;
+                Some(PotFile::of(&pot, &Conditions::default(), Tick(0)))
+            };
+            store.look(Duration::from_secs(second), |_| Some(digest), |_| false, take);
+            // what is written is written before the next second
+            if let Some(writing) = store.shelves[0].writing.take() {
+                let outcome = writing.await.expect("the thread ends well");
+                store.shelves[0].kept = Some(outcome.expect("there is room for a pot"));
+            }
+        }
+        copied
+    }
+
+    #[tokio::test]
+    async fn a_pot_that_people_work_at_is_written_every_half_minute_and_only_when_it_changes() {
+        let folder = std::env::temp_dir().join(format!("pottery-store-{}", std::process::id()));
+        let (mut store, _) = Store::open(&folder, 1, false).expect("a new folder can be made");
+        store.know(|_| Some(1));
+        let path = file(&folder, 0);
+        assert_eq!(passed(&mut store, 0..120, 1).await, 0, "nobody has touched it");
+        assert!(!path.exists());
+        // the last look was at 90 s, so that the next is at 120 s
+        assert_eq!((passed(&mut store, 120..121, 2).await, path.exists()), (1, true));
+        assert_eq!(passed(&mut store, 121..150, 3).await, 0, "not before half a minute has passed");
+        assert_eq!(passed(&mut store, 150..151, 3).await, 1);
+        assert_eq!(passed(&mut store, 151..400, 3).await, 0, "it is as it was written");
+        fs::remove_dir_all(folder).expect("what was written can be removed");
+    }
+}

@@ -305,6 +305,21 @@ fn core_names_nothing_outside() {
 }
 
 /// What a package depends on, also for its tests, its build and single targets.
+#[test]
+fn no_program_asks_what_time_of_day_it_is() {
+    // somebody who sets a machine's clock, or a machine that finds the network's, changes nothing in a lesson: what is counted is how long
+    // ago things were
+    let folders = ["shared", "server", "client"].map(|folder| root().join(folder));
+    let sources: Vec<_> = folders.iter().flat_map(|folder| files(folder, &["rs"])).collect();
+    assert!(sources.len() > 100, "{} files", sources.len());
+    let asks = |file: &PathBuf| {
+        let tokens = without_tests(&tokens(&read(file)));
+        ["SystemTime", "UNIX_EPOCH", "chrono", "time_t"].iter().any(|name| tokens.iter().any(|token| token == name))
+    };
+    let broken: Vec<_> = sources.iter().filter(|file| asks(file)).map(|file| name(file)).collect();
+    assert_none("a program asks for the time of day", &broken);
+}
+
 fn dependencies(folder: &str) -> BTreeSet<String> {
     fn gather(table: &toml::Table, found: &mut BTreeSet<String>) {
         for (key, value) in table {

@@ -658,3 +658,30 @@ fn the_end_sends_everybody_home_and_locks_the_door() {
     class.order(1, Order::Lock { is_locked: false });
     class.student(5, 1);
 }
+
+#[test]
+fn a_clock_that_jumps_ahead_or_stands_still_or_goes_back_costs_nobody_seat_or_pot() {
+    let mut class = Class::open();
+    class.teacher(1, 1);
+    class.student(2, 2);
+    class.pass(400, &[(2, dent(0.1))]);
+    class.pass(100, &[]);
+    let (seat, before) = (class.place(2), class.digest(1));
+    // an hour in one step, as after a machine was asleep
+    class.now += 3_600_000;
+    class.pass(300, &[]);
+    assert_eq!(class.digest(1), before, "nobody has pressed meanwhile");
+    // ahead, not at all, and back: the room's own time only ever goes on
+    for (number, jump) in [3_600_000_i64, 0, -5_000, -3_600_000].into_iter().enumerate() {
+        let (room, before) = (class.room.now(), class.digest(1));
+        class.room.advance(Tick(class.now.saturating_add_signed(jump)));
+        class.listen();
+        assert!(class.room.now() >= room, "{jump}: the room goes back");
+        // the hand hears of the room's time, and goes on from there
+        class.now = class.room.now().0;
+        class.pass(600, &[(2, dent(0.04 + 0.03 * number as f32))]);
+        class.pass(300, &[]);
+        assert!(class.digest(1) != before && class.holds(2, 1), "{jump}: the lesson does not go on");
+        assert_eq!((class.place(2), class.people(1).len()), (seat, 2));
+    }
+}

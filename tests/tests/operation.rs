@@ -30,11 +30,11 @@ fn target(server: &Server, wheel: u16) -> Target {
 }
 
 /// Presses at a wheel for a while and leaves with everything confirmed.
-async fn press(server: &Server, wheel: u16, seconds: f32) {
+async fn press(target: &Target, seconds: f32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
     let own = endpoint().unwrap();
-    let potter = Potter::join(&own, &target(server, wheel), device, PotterOptions::default()).await.unwrap();
+    let potter = Potter::join(&own, target, device, PotterOptions::default()).await.unwrap();
     tokio::time::sleep(Duration::from_secs_f32(seconds)).await;
     assert!(potter.settle(PATIENCE).await);
     potter.leave().await.unwrap();
@@ -46,7 +46,7 @@ async fn pots_outlast_the_server_and_are_gone_on_with_or_put_aside() {
     let data = folder("data").join("pots");
     let kept = ServerConfig { wheels: 2, data: Some(data.clone()), ..config() };
     let server = Server::start(kept.clone()).unwrap();
-    press(&server, 2, 1.6).await;
+    press(&target(&server, 2), 1.6).await;
     // everybody has left: the pot is written long before half a minute has passed
     let file = data.join("wheel-2.pot");
     let began = Instant::now();
@@ -64,7 +64,7 @@ async fn pots_outlast_the_server_and_are_gone_on_with_or_put_aside() {
     assert_eq!(standing.digests[0], digests[0]);
     assert_eq!(standing.pots[1].digest(), pressed.pot().pot().digest(), "the next day goes on with it");
     // and what happens on the next day is kept by the clean stop, without waiting
-    press(&server, 1, 1.6).await;
+    press(&target(&server, 1), 1.6).await;
     server.stop().await;
     let first = PotFile::read(&data.join("wheel-1.pot")).unwrap();
 
@@ -95,7 +95,7 @@ async fn a_disk_that_takes_nothing_is_said_and_the_lesson_goes_on() {
     let operate = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
     let server = Server::start(ServerConfig { data: Some(data.clone()), operate, ..config() }).unwrap();
     fs::create_dir(data.join("wheel-1.pot")).unwrap();
-    press(&server, 1, 1.6).await;
+    press(&target(&server, 1), 1.6).await;
     let began = Instant::now();
     while figure(&get(server.operated_at().unwrap(), "/metrics"), "pottery_pots_unwritten") == 0.0 {
         assert!(began.elapsed() < PATIENCE, "nobody says that the pot is not written");
@@ -103,10 +103,84 @@ async fn a_disk_that_takes_nothing_is_said_and_the_lesson_goes_on() {
     }
     // the lesson goes on, and so does the keeping once there is room
     fs::remove_dir(data.join("wheel-1.pot")).unwrap();
-    press(&server, 1, 1.6).await;
+    press(&target(&server, 1), 1.6).await;
     server.stop().await;
     assert!(PotFile::read(&data.join("wheel-1.pot")).is_ok());
     fs::remove_dir_all(data).unwrap();
+}
+
+/// What a server of its own process says of itself at first.
+struct Own {
+    child: Child,
+    address: String,
+    code: String,
+}
+
+impl Own {
+    /// Waits until a server that was started listens.
+    fn new(mut child: Child) -> Self {
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
+        let mut said = |begin: &str| {
+            let line = lines.by_ref().find(|line| line.starts_with(begin));
+            line.unwrap_or_else(|| panic!("it does not say '{begin}'"))[begin.len()..].trim().to_owned()
+        };
+        let (address, code) = (said("listening on"), said("join code"));
+        // what else it says is read to the end, so that it can go on
+        std::thread::spawn(move || lines.for_each(drop));
+        Self { child, address, code }
+    }
+
+    fn target(&self, wheel: u16) -> Target {
+        Target::new(self.address.clone(), self.code.parse().unwrap(), wheel)
+    }
+}
+
+/// A disk that takes a kilobyte a file and no more, as the shell limits it.
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
+    let data = folder("full-disk");
+    let server = Server::start(ServerConfig { data: Some(data.clone()), ..config() }).unwrap();
+    press(&target(&server, 1), 1.6).await;
+    server.stop().await;
+    let file = data.join("wheel-1.pot");
+    let kept = fs::read(&file).unwrap();
+    assert!(kept.len() > 1024, "the pot would fit: {} bytes", kept.len());
+
+    // a port that was free a moment ago
+    let operate = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let child = Command::new("bash")
+        .args(["-c", "trap '' XFSZ; ulimit -f 1; exec \"$@\"", "bash"])
+        .arg(program("pottery-server"))
+        .args(["--listen", "127.0.0.1:0", "--no-announce", "--operate", &operate.to_string(), "--data"])
+        .arg(&data)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut own = Own::new(child);
+    press(&own.target(1), 1.6).await;
+    let began = Instant::now();
+    while figure(&get(operate, "/metrics"), "pottery_pots_unwritten") == 0.0 {
+        assert!(began.elapsed() < PATIENCE, "nobody says that the pot is not written");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert!(get(operate, "/readyz").ends_with("takes people in\n"));
+    press(&own.target(1), 0.5).await;
+    terminate(&mut own.child);
+    let mut log = String::new();
+    own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    assert!(log.contains("the lesson goes on") && !log.contains("panicked"), "{log}");
+    assert!(fs::read(&file).unwrap() == kept, "the pot of before is as it was");
+    assert_eq!(fs::read_dir(&data).unwrap().filter(|entry| !is_kept_for_good(entry.as_ref().unwrap())).count(), 0);
+    fs::remove_dir_all(data).unwrap();
+}
+
+/// Whether a file of a data folder is one of those that are meant to be there.
+#[cfg(target_os = "linux")]
+fn is_kept_for_good(entry: &fs::DirEntry) -> bool {
+    let name = entry.file_name().into_string().unwrap();
+    ["wheel-", "server-key", "server-certificate", "teacher-token"].iter().any(|begin| name.starts_with(begin))
 }
 
 /// What a page says, with its head.
@@ -348,4 +422,79 @@ fn what_is_deployed_uses_flags_and_settings_that_exist() {
             trouble.lines().filter(|line| !line.contains("is not executable") && line.contains("pottery-server"));
         assert_eq!(faults.collect::<Vec<_>>(), Vec::<&str>::new());
     }
+}
+
+/// Words of an instruction of the container image.
+fn instruction<'a>(image: &'a str, name: &str) -> Vec<&'a str> {
+    // what comes last counts: the stage before it only builds
+    let from = image.rfind("FROM scratch").unwrap();
+    image[from..].lines().filter_map(|line| line.strip_prefix(name)).map(str::trim).collect()
+}
+
+/// Copies what a program is linked with into a root, where it looks for it.
+#[cfg(target_os = "linux")]
+fn copy_libraries(program: &Path, root: &Path) {
+    let said = Command::new("ldd").arg(program).output().unwrap();
+    let said = String::from_utf8(said.stdout).unwrap();
+    for library in said.split_whitespace().filter(|word| word.starts_with('/')) {
+        let copy = root.join(&library[1..]);
+        fs::create_dir_all(copy.parent().unwrap()).unwrap();
+        fs::copy(library, copy).unwrap();
+    }
+}
+
+/// As a container has it: a root with nothing but the program, what the image sets, no user of a name, the first process there is.
+/// The image's is linked with nothing, so that the libraries that are copied for this one are the only difference.
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn in_a_root_with_nothing_else_the_image_s_server_keeps_pots_and_ends_well() {
+    use std::os::unix::fs::{MetadataExt, chown};
+    let image = deployed("Containerfile");
+    let entry: Vec<String> = serde_json::from_str(instruction(&image, "ENTRYPOINT")[0]).unwrap();
+    assert_eq!(entry, ["/pottery-server"]);
+    let copied = instruction(&image, "COPY");
+    assert!(
+        copied.len() == 2 && copied[0].ends_with(" /pottery-server") && copied[1].ends_with(" /pots"),
+        "{copied:?}"
+    );
+    assert_eq!(instruction(&image, "VOLUME"), ["/pots"]);
+    let (user, group) = instruction(&image, "USER")[0].split_once(':').unwrap();
+    let root = folder("image");
+    fs::copy(program("pottery-server"), root.join("pottery-server")).unwrap();
+    copy_libraries(&program("pottery-server"), &root);
+    let pots = root.join("pots");
+    fs::create_dir(&pots).unwrap();
+
+    let mut command = Command::new("unshare");
+    command.args(["--fork", "--pid", "--kill-child"]).arg("--root").arg(&root);
+    if fs::metadata(&root).unwrap().uid() == 0 {
+        chown(&pots, Some(user.parse().unwrap()), Some(group.parse().unwrap())).unwrap();
+        command.args(["--setgid", group, "--setuid", user]);
+    } else {
+        // whoever is not root has that right in a space of names of their own alone
+        command.arg("--map-root-user");
+    }
+    command.args(&entry).args(["--listen", "127.0.0.1:0"]).env_clear();
+    for variable in instruction(&image, "ENV") {
+        let (name, value) = variable.split_once('=').unwrap();
+        command.env(name, value);
+    }
+    // unshare itself is looked for, and nothing else
+    command.env("PATH", std::env::var_os("PATH").unwrap());
+    let mut own = Own::new(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+    press(&own.target(1), 1.6).await;
+    // the signal that ends a container goes to its first process
+    let id = own.child.id();
+    let first = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap();
+    Command::new("kill").arg(first.trim()).status().unwrap();
+    let began = Instant::now();
+    while own.child.try_wait().unwrap().is_none() {
+        assert!(began.elapsed() < PATIENCE, "it does not end");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let mut log = String::new();
+    own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    assert!(own.child.wait().unwrap().success() && log.contains("the studio is closed"), "{log}");
+    assert!(PotFile::read(&pots.join("wheel-1.pot")).is_ok(), "{log}");
+    fs::remove_dir_all(root).unwrap();
 }

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use pottery_client::render::Finish;
 use pottery_shared::clay::{Form, Preset};
 use pottery_shared::haptics::GuidanceMode;
+use pottery_shared::protocol::Nickname;
 use pottery_shared::tool::{Shape, rack};
 
 fn studio() -> PathBuf {
@@ -114,6 +115,23 @@ fn every_message_is_said_and_every_one_that_is_said_exists() {
             if is_name && !literal.ends_with('-') && beginning(literal).is_some_and(|first| known.contains(&first)) {
                 assert!(english.contains_key(literal), "{literal} has no message");
             }
+        }
+    }
+}
+
+#[test]
+fn every_language_has_a_word_of_its_own_for_everybody_there_can_be() {
+    for entry in fs::read_dir(studio().join("words")).unwrap() {
+        let path = entry.unwrap().path();
+        let text = fs::read_to_string(&path).unwrap();
+        let words = text.lines().find_map(|line| line.strip_prefix("nicknames = ")).unwrap();
+        let words: Vec<_> = words.split(", ").collect();
+        assert_eq!(words.len(), Nickname::WORDS.len(), "{}", path.display());
+        assert_eq!(words.iter().collect::<BTreeSet<_>>().len(), words.len(), "{}: one stands twice", path.display());
+        // a name is one word, so that it can stand in a line with others
+        assert!(words.iter().all(|word| word.chars().all(char::is_alphabetic)), "{}", path.display());
+        if path.file_stem().unwrap() == "en" {
+            assert_eq!(words, Nickname::WORDS);
         }
     }
 }
