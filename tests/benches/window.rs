@@ -3,7 +3,7 @@
 //!
 //! Runs the studio on a virtual display and reads what it logs and what the system counts of its threads. Drawn by the processor where
 //! there is no card: these are then the figures of the automatic mode.
-//! `cargo bench -p pottery-tests --bench window`; with `-- join`, how long joining takes and nothing else.
+//! `cargo bench -p pottery-tests --bench window`; with `-- join`, `first`, `pointer`, `rest` or `hand`, those parts and nothing else.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -35,18 +35,32 @@ fn open_with(display: &Display, arguments: &[&str]) -> (Child, String) {
 }
 
 /// Turns of a hand that is measured without pictures and with them, and how long each is.
-const TURNS: usize = 3;
-const HAND_S: &str = "8";
+const TURNS: usize = 5;
+const HAND_S: &str = "10";
 
-/// What the hand's own bench says of late ticks, beside a server, and with pictures drawn or without.
-fn late(has_pictures: bool) -> String {
+/// What the hand's own bench says of late ticks.
+struct Late {
+    /// Of the hand, and of a loop with nothing to do before and after it.
+    said: String,
+    percent: f64,
+}
+
+/// A hand beside a server, with pictures drawn or without.
+fn late(has_pictures: bool) -> Late {
     let out = folder("window-hand");
     let mut hand = Command::new(program("pottery-studio"));
     hand.args(["haptics", "--bench", "--server", "--seconds", HAND_S, "--out"]).arg(&out);
     let said = hand.args(has_pictures.then_some("--renderer")).output().expect("the studio was built");
     fs::remove_dir_all(&out).expect("what the bench wrote can be removed");
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
-    said.lines().find(|line| line.starts_with("late ")).unwrap_or("no figures").to_owned()
+    let line = |begin: &str| said.lines().find_map(|line| line.strip_prefix(begin)).map_or("no figures", str::trim);
+    let late = line("late ");
+    let percent = late.trim_end_matches(" %").rsplit(' ').next().and_then(|figure| figure.parse().ok());
+    let said = ["pictures ", "machine "].iter().fold(late.to_owned(), |all, begin| match line(begin) {
+        "no figures" => all,
+        more => format!("{all}; {more}"),
+    });
+    Late { said, percent: percent.unwrap_or(f64::NAN) }
 }
 
 /// Closes it; the figures of every line that says `what`, by their names.
@@ -113,31 +127,29 @@ fn port(text: &str) -> &str {
     text.split(|letter: char| !letter.is_ascii_digit()).next().unwrap_or_default()
 }
 
-fn main() {
-    let display = Display::new();
-    join(&display);
-    if std::env::args().any(|argument| argument == "join") {
-        return;
-    }
+/// From the start of the binary to the first picture of a studio of one's own.
+fn first(display: &Display) {
     let mut firsts = Vec::new();
     for _ in 0..STARTS {
-        let (studio, window) = open(&display);
-        firsts.extend(
-            close(&display, &window, studio, "first picture").iter().filter_map(|line| line.get("ms").copied()),
-        );
+        let (studio, window) = open(display);
+        firsts
+            .extend(close(display, &window, studio, "first picture").iter().filter_map(|line| line.get("ms").copied()));
     }
     println!(
         "from the start of the binary to the first picture: {:.0} ms (median of {}: {firsts:?})",
         median(firsts.clone()),
         firsts.len()
     );
+}
 
-    let (studio, window) = open(&display);
+/// From a pointer that moves to a picture of it.
+fn pointer(display: &Display) {
+    let (studio, window) = open(display);
     for step in 0..MOVES {
         display.run("xdotool", &["mousemove", &(560 + 2 * step).to_string(), &(260 + 3 * step).to_string()]);
         std::thread::sleep(Duration::from_millis(150));
     }
-    let moves = close(&display, &window, studio, "input in picture");
+    let moves = close(display, &window, studio, "input in picture");
     let of = |name: &str| moves.iter().filter_map(|line| line.get(name).copied()).collect::<Vec<_>>();
     let pictures = of("pictures");
     let within = pictures.iter().filter(|pictures| **pictures <= 2.0).count();
@@ -147,8 +159,11 @@ fn main() {
         median(of("ms")),
         pictures.len(),
     );
+}
 
-    let (studio, window) = open(&display);
+/// What a studio takes that nobody touches.
+fn rest(display: &Display) {
+    let (studio, window) = open(display);
     display.run("xdotool", &["mousemove", "140", "672", "key", "space"]);
     println!("a studio at rest, once its clay has dried …");
     std::thread::sleep(DRIES);
@@ -165,10 +180,42 @@ fn main() {
         }
     }
     println!("  {:<16} {total:5.2} %", "together");
-    close(&display, &window, studio, "first picture");
+    close(display, &window, studio, "first picture");
+}
 
-    println!("a hand at a server's wheel, in turns:");
-    for (turn, has_pictures) in (0..TURNS).flat_map(|turn| [(turn, false), (turn, true)]) {
-        println!("  {turn} {:<16} {}", if has_pictures { "with pictures" } else { "without" }, late(has_pictures));
+/// What pictures do to the hand beside them: turns without and with, and what the middle ones of both say.
+fn hand() {
+    println!("a hand at a server's wheel, {TURNS} turns of {HAND_S} s each way:");
+    let mut turns = [Vec::new(), Vec::new()];
+    for turn in 0..TURNS {
+        // whichever is first in one turn is second in the next, so that neither has the quieter half
+        for has_pictures in [turn % 2 == 1, turn % 2 == 0] {
+            let Late { said, percent } = late(has_pictures);
+            println!("  {turn} {:<16} {said}", if has_pictures { "with pictures" } else { "without" });
+            turns[usize::from(has_pictures)].push(percent);
+        }
+    }
+    let spread = |of: &[f64]| {
+        let (least, most) =
+            of.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), late| (least.min(*late), most.max(*late)));
+        format!("{:.3} % late ({least:.3} to {most:.3})", median(of.to_vec()))
+    };
+    println!("  medians: {} without pictures, {} with", spread(&turns[0]), spread(&turns[1]));
+}
+
+/// The parts, in the order in which they are run.
+const PARTS: [&str; 5] = ["join", "first", "pointer", "rest", "hand"];
+
+fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).filter(|argument| PARTS.contains(&argument.as_str())).collect();
+    let display = Display::new();
+    for part in PARTS.into_iter().filter(|part| asked.is_empty() || asked.iter().any(|asked| asked == part)) {
+        match part {
+            "join" => join(&display),
+            "first" => first(&display),
+            "pointer" => pointer(&display),
+            "rest" => rest(&display),
+            _ => hand(),
+        }
     }
 }
