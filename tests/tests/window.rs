@@ -8,7 +8,11 @@ use std::fs;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use pottery_client::pot_file::PotFile;
+use pottery_shared::clay::{Conditions, Pot, PotSpec};
+use pottery_shared::units::Tick;
 use pottery_tests::display::{Display, SIZE};
+use pottery_tests::programs::folder;
 
 /// How long the program takes at most to do what it was asked for; reached only when something is wrong.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -115,4 +119,106 @@ fn a_newcomer_is_shown_the_lesson_until_it_is_skipped() {
     until(&display, "the wheel without a lesson", |pixels| !is_lesson(pixels));
     close(&display, studio);
     assert!(fs::read_to_string(display.preferences()).unwrap().contains("knows_lesson = true"));
+}
+
+#[test]
+fn without_a_graphics_driver_a_window_is_one_sentence_with_what_to_install() {
+    let display = Display::new();
+    let none = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|variable| (variable, "/nonexistent.json"));
+    let none = [("WGPU_BACKEND", "vulkan"), none[0], none[1]];
+    let studio = display.studio_that_logs(&["--listen", "127.0.0.1:0", "--mute"], "off", &none);
+    let output = studio.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let own: Vec<_> = said.lines().filter(|line| line.starts_with("pottery-studio: ")).collect();
+    assert!(!output.status.success() && own.len() == 1 && own[0].contains("mesa-vulkan-drivers"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_written_is_said_in_the_panel_and_nothing_is_lost() {
+    let (display, folder) = (Display::new(), folder("unwritten-window"));
+    let pot = folder.join("own.pot");
+    PotFile::of(&Pot::new(PotSpec::default()).unwrap(), &Conditions::default(), Tick(0)).write(&pot).unwrap();
+    let kept = fs::read(&pot).unwrap();
+    let arguments = ["--listen", "127.0.0.1:0", "--mute", "--open", pot.to_str().unwrap()];
+    let (studio, window) = display.studio_with_controls(&arguments);
+    let until_said = |what: &str| {
+        let deadline = Instant::now() + PATIENCE;
+        while !window.all().iter().any(|control| control.name.contains(what)) {
+            assert!(Instant::now() < deadline, "'{what}' is not said: {:#?}", window.all());
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    };
+    // a full disk stands where the pot and the solid are to go
+    let aside = folder.join("aside.pot");
+    for (key, name) in [("ctrl+s", "own.pot"), ("ctrl+e", "own.stl")] {
+        let place = folder.join(name);
+        if place.exists() {
+            fs::rename(&place, &aside).unwrap();
+        }
+        std::os::unix::fs::symlink("/dev/full", &place).unwrap();
+        display.run("xdotool", &["key", key]);
+        if name == "own.stl" {
+            // there is something of that name, which was not written here
+            until_said("is there already");
+            display.run("xdotool", &["key", key]);
+        }
+        until_said("No space left");
+        fs::remove_file(&place).unwrap();
+    }
+    // and with room again it is saved: the wheel has what it had
+    display.run("xdotool", &["key", "ctrl+s"]);
+    until_said("written: ");
+    assert_eq!(PotFile::read(&pot).unwrap().pot(), PotFile::read(&aside).unwrap().pot());
+    assert!(fs::read(&aside).unwrap() == kept);
+    // a pot from the future is refused in the same place
+    let mut future = kept;
+    future[8..12].copy_from_slice(&2_u32.to_le_bytes());
+    fs::write(&pot, &future).unwrap();
+    display.run("xdotool", &["key", "ctrl+o"]);
+    until_said("newer");
+    close(&display, studio);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// How many pixels right of the panel are clay, and in which share of its rows the pot is as wide as in the middle one.
+fn clay(pixels: &[u8]) -> (usize, f64) {
+    let is_clay = |x: usize, y: usize| {
+        let at = (y * SIZE.0 + x) * 3;
+        i32::from(pixels[at]) > i32::from(pixels[at + 2]) + 24
+    };
+    let rows: Vec<usize> = (0..640).map(|y| (290..SIZE.0).filter(|x| is_clay(*x, y)).count()).collect();
+    // the mark on the wheel head is as red in some places: it is narrower than the pot
+    let mut filled: Vec<usize> = rows.iter().copied().filter(|count| *count > 60).collect();
+    filled.sort_unstable();
+    let wide = filled.get(filled.len() / 2).copied().unwrap_or(1);
+    let even = filled.iter().filter(|count| count.abs_diff(wide) <= wide / 50).count();
+    (rows.iter().sum(), even as f64 / filled.len().max(1) as f64)
+}
+
+#[test]
+fn keys_bring_the_view_closer_and_farther_and_show_the_pot_from_the_side_and_from_above() {
+    let display = Display::new();
+    let studio = open(&display);
+    until(&display, "clay", |pixels| clay(pixels).0 > 20_000);
+    display.run("xdotool", &["mousemove", "140", "672", "key", "space"]);
+    let key = |key: &str, what: &str, is_so: &dyn Fn((usize, f64)) -> bool| {
+        display.run("xdotool", &["key", "--delay", "60", key, key, key]);
+        until(&display, what, |pixels| is_so(clay(pixels)));
+        std::thread::sleep(Duration::from_millis(800));
+        let seen = clay(&display.pixels());
+        println!("{what}: {} pixels, {:.2} of the rows as wide", seen.0, seen.1);
+        seen
+    };
+    let first = key("1", "the view as at first", &|_| true);
+    key("Prior", "a pot that is closer", &|(pixels, _)| pixels as f64 > 1.4 * first.0 as f64);
+    key("1", "the view as at first", &|(pixels, _)| pixels.abs_diff(first.0) < first.0 / 50);
+    key("Next", "a pot that is farther away", &|(pixels, _)| (pixels as f64) < 0.7 * first.0 as f64);
+    key("1", "the view as at first", &|(pixels, _)| pixels.abs_diff(first.0) < first.0 / 50);
+    // upright and even from the side, without the perspective of a look from above
+    assert!(first.1 < 0.6, "{first:?}");
+    key("2", "the pot from the side", &|(_, even)| even > 0.7);
+    key("3", "the pot from above", &|(pixels, even)| even < 0.6 && (pixels as f64) < 0.65 * first.0 as f64);
+    close(&display, studio);
 }

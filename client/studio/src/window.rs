@@ -6,6 +6,7 @@
 mod app;
 mod depth;
 mod files;
+mod fingers;
 mod ghost;
 mod hand;
 mod holding;
@@ -16,8 +17,8 @@ mod overlay;
 mod panel;
 mod player;
 mod stage;
-mod tiles;
 mod standing;
+mod tiles;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

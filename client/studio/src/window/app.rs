@@ -28,6 +28,7 @@ use winit::window::WindowId;
 use self::timing::Timing;
 use super::depth::to_clay_m;
 use super::files::Files;
+use super::fingers::Fingers;
 use super::ghost;
 use super::hand::Hand;
 use super::holding::Holding;
@@ -148,8 +149,7 @@ pub(super) struct App {
     only_looks: bool,
     timing: Timing,
     drawn_tool_m: Option<Vec3>,
-    /// The finger that holds the tool.
-    finger: Option<u64>,
+    fingers: Fingers,
     is_dirty: bool,
     /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
     settings: Settings,
@@ -255,7 +255,7 @@ impl App {
             only_looks: false,
             timing: Timing::default(),
             drawn_tool_m: None,
-            finger: None,
+            fingers: Fingers::default(),
             is_dirty: true,
             settings,
             asked_at: Instant::now(),
@@ -633,7 +633,7 @@ impl ApplicationHandler<Call> for App {
                 self.pointed = None;
                 self.point();
             }
-            WindowEvent::Touch(touch) if !is_panels => self.touched(&touch),
+            WindowEvent::Touch(touch) => self.touched(&touch, is_panels),
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } => {
                 self.hand.press_button(state == ElementState::Pressed && !is_panels);
             }

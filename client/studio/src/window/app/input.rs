@@ -5,11 +5,12 @@
 
 use glam::Vec2;
 use pottery_client::render::Camera;
-use winit::event::{Touch, TouchPhase};
+use winit::event::Touch;
 use winit::event_loop::ActiveEventLoop;
 use winit::keyboard::{Key, NamedKey};
 
 use super::App;
+use crate::window::fingers::Asked;
 use crate::window::overlay::Overlay;
 use crate::window::panel::{RPM_MAX, WETNESS, WETNESS_STEP};
 
@@ -21,6 +22,9 @@ const TURN_STEP_DEG: f32 = 5.0;
 const LEAN_STEP_DEG: f32 = 1.0;
 /// The steepest view that the mouse reaches as well, rad.
 const FROM_ABOVE_RAD: f32 = 1.4;
+/// How many times closer one key or one step of the mouse wheel brings the view, and how near and far it goes, m.
+const CLOSER: f32 = 1.0 / 0.9;
+const DISTANCE_M: (f32, f32) = (0.25, 2.0);
 
 impl App {
     pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
@@ -44,6 +48,8 @@ impl App {
             Key::Named(NamedKey::ArrowDown) => self.panel.rpm = (self.panel.rpm - 10.0).max(0.0),
             Key::Named(NamedKey::ArrowLeft) => self.camera.azimuth_rad -= 0.1,
             Key::Named(NamedKey::ArrowRight) => self.camera.azimuth_rad += 0.1,
+            Key::Named(NamedKey::PageUp) => self.zoom(CLOSER),
+            Key::Named(NamedKey::PageDown) => self.zoom(1.0 / CLOSER),
             Key::Named(NamedKey::Space) => {
                 let rpm = self.panel.rpm;
                 self.panel.rpm = if rpm > 0.0 { 0.0 } else { self.rpm_before_stop };
@@ -107,8 +113,7 @@ impl App {
         let Some(stage) = &self.stage else { return };
         let size = stage.window.inner_size();
         if self.turning_view {
-            self.camera.azimuth_rad -= by.x * 0.008;
-            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
+            self.turn_view(by);
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
         self.pointed = Some(ndc);
@@ -124,24 +129,40 @@ impl App {
         self.hand.point_to(self.pointed.filter(|_| !is_panels))
     }
 
-    /// One finger is the mouse with its left button down; others are left alone.
-    pub(super) fn touched(&mut self, touch: &Touch) {
-        if self.finger.is_some_and(|finger| finger != touch.id) {
-            return;
+    /// One finger is the mouse with its left button down, two turn the view and bring it closer.
+    pub(super) fn touched(&mut self, touch: &Touch, is_panels: bool) {
+        let at = Vec2::new(touch.location.x as f32, touch.location.y as f32);
+        match self.fingers.take(touch.id, touch.phase, at, is_panels) {
+            Asked::Nothing => {}
+            Asked::Tool { at, is_held } => {
+                self.moved(at);
+                self.hand.press_button(is_held);
+                if !is_held {
+                    self.pointed = None;
+                    self.point();
+                }
+            }
+            Asked::View { by, closer } => {
+                self.turn_view(by);
+                self.zoom(closer);
+            }
         }
-        let is_down = matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved);
-        self.finger = is_down.then_some(touch.id);
-        self.moved(Vec2::new(touch.location.x as f32, touch.location.y as f32));
-        self.hand.press_button(is_down);
-        if !is_down {
-            self.pointed = None;
-            self.point();
-        }
+    }
+
+    /// Turns the view by so many pixels of a pointer's way.
+    fn turn_view(&mut self, by: Vec2) {
+        self.camera.azimuth_rad -= by.x * 0.008;
+        self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
+    }
+
+    /// Brings the view so many times closer.
+    fn zoom(&mut self, closer: f32) {
+        self.camera.distance_m = (self.camera.distance_m / closer).clamp(DISTANCE_M.0, DISTANCE_M.1);
     }
 
     pub(super) fn scrolled(&mut self, lines: f32) {
         if self.modifiers.control_key() {
-            self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 2.0);
+            self.zoom(CLOSER.powf(lines));
         } else if self.modifiers.shift_key() {
             self.panel.holding.turn(2, lines * TURN_STEP_DEG);
         } else if self.modifiers.alt_key() {
