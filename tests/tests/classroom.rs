@@ -458,6 +458,8 @@ fn at_a_frozen_or_closed_wheel_nobodys_press_counts_until_it_thaws() {
         assert_eq!(class.room.conditions(0).unwrap().wheel.speed(Tick(class.now)).0.round(), 90.0);
         class.order(1, free);
         class.pass(400, &[(2, dent(0.14))]);
+        // a snapshot waits for the samples that belong into it: what was told is all there is once the hand rests
+        class.pass(100, &[]);
         assert!(class.digest(0) != frozen && class.holds(2, 0));
     }
     // nobody comes to a closed wheel, but a teacher
