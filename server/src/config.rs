@@ -15,7 +15,7 @@ use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::{Metres, Rpm};
 use serde::{Deserialize, Serialize};
 
-use crate::Arrivals;
+use crate::{Arrivals, Input};
 
 /// Everything a server needs to know.
 #[derive(Clone, Debug)]
@@ -60,6 +60,8 @@ pub struct ServerConfig {
     pub operate: Option<SocketAddr>,
     /// How often people may knock.
     pub arrivals: Arrivals,
+    /// How much people may send.
+    pub input: Input,
 }
 
 impl ServerConfig {
@@ -108,6 +110,9 @@ impl ServerConfig {
         if burst == 0 || per_s == 0 {
             return Err(ConfigError::Arrivals { burst, per_s });
         }
+        if !self.input.is_enough() {
+            return Err(ConfigError::Input { input: self.input });
+        }
         Ok(self)
     }
 }
@@ -136,6 +141,7 @@ impl Default for ServerConfig {
             is_announced: true,
             operate: None,
             arrivals: Arrivals::default(),
+            input: Input::default(),
         }
     }
 }
@@ -233,6 +239,22 @@ pub enum ConfigError {
         /// What was given.
         per_s: u32,
     },
+    /// Shares with which nobody can work.
+    #[error(
+        "with input.datagrams_per_s = {}, datagram_bytes_per_s = {}, requests_per_s = {} and request_bytes_per_s = {} nobody can work: \
+         choose at least {}, {}, 1 and {}",
+        input.datagrams_per_s,
+        input.datagram_bytes_per_s,
+        input.requests_per_s,
+        input.request_bytes_per_s,
+        Input::DATAGRAMS_PER_S_LEAST,
+        Input::BYTES_PER_S_LEAST,
+        Input::BYTES_PER_S_LEAST
+    )]
+    Input {
+        /// What was given.
+        input: Input,
+    },
     /// A file that cannot be read.
     #[error("the configuration {path} cannot be read: {source}")]
     File {
@@ -289,6 +311,7 @@ pub struct FileConfig {
     data: Option<PathBuf>,
     operate: Option<SocketAddr>,
     arrivals: Option<Arrivals>,
+    input: Option<Input>,
 }
 
 impl FileConfig {
@@ -335,6 +358,7 @@ impl FileConfig {
             data: config.data.clone(),
             operate: config.operate,
             arrivals: Some(config.arrivals),
+            input: Some(config.input),
         }
     }
 
@@ -370,6 +394,7 @@ impl FileConfig {
         config.data = self.data;
         config.operate = self.operate;
         config.arrivals = self.arrivals.unwrap_or(config.arrivals);
+        config.input = self.input.unwrap_or(config.input);
         if let Some(name) = self.form {
             config.form = Form::from_name(&name).ok_or(ConfigError::Form { name })?;
             if config.form != Form::Cylinder && (self.height_mm.is_some() || self.radius_mm.is_some()) {

@@ -4,6 +4,7 @@
 //! One type, `web_transport_quinn::Session`, carries every connection: today native QUIC, later browsers as well.
 //! Invariant: a connection that ends, however it does, is reported as gone.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pottery_shared::protocol::FrameReader;
@@ -13,6 +14,7 @@ use web_transport_quinn::{RecvStream, SendStream, Session};
 
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
+use crate::input::{Kind, Share};
 use crate::link::{Link, Outgoing};
 
 /// A peer that has said nothing by then did not mean to join.
@@ -38,6 +40,7 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
         next += 1;
         let peer = PeerId(next);
         let events = events.clone();
+        let doorkeeper = doorkeeper.clone();
         tokio::spawn(async move {
             let connection = match incoming.await {
                 Ok(connection) => connection,
@@ -46,7 +49,7 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
             let remote = connection.remote_address();
             let session = Session::raw(connection);
             tracing::debug!(%remote, peer = peer.0, "connected");
-            serve(peer, session, &events).await;
+            serve(peer, session, &events, &doorkeeper).await;
             tracing::debug!(peer = peer.0, "disconnected");
             // the room may have closed already
             drop(events.send(Event::Gone(peer)).await);
@@ -55,11 +58,13 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
 }
 
 /// Reads one connection until it ends.
-async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>) {
+async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>, doorkeeper: &SharedDoorkeeper) {
     let Ok(Ok((send, receive))) = tokio::time::timeout(GREETING_WITHIN, session.accept_bi()).await else {
         return session.close(2, b"no greeting");
     };
     let (link, outgoing) = Link::new(session.clone());
+    let is_in = link.is_in();
+    let [datagrams, requests] = Kind::ALL.map(|kind| Share::new(doorkeeper, kind));
     if events.send(Event::Connected(peer, Box::new(link))).await.is_err() {
         return;
     }
@@ -67,41 +72,75 @@ async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>) {
     tokio::select! {
         // in this order, so that a run can be repeated from a seed
         biased;
-        () = read_control(peer, receive, events) => {
+        () = read_control(peer, &session, receive, requests, events) => {
             // the peer is through or speaks nonsense; what is queued for it still goes out
             drop(events.send(Event::Gone(peer)).await);
             if tokio::time::timeout(GOODBYE_WITHIN, session.closed()).await.is_err() {
                 session.close(3, b"the control stream has ended");
             }
         }
-        () = read_datagrams(peer, &session, events) => {}
+        () = read_datagrams(peer, &session, &is_in, datagrams, events, doorkeeper) => {}
     }
     writing.abort();
 }
 
-async fn read_control(peer: PeerId, mut stream: RecvStream, events: &mpsc::Sender<Event>) {
+/// Reads requests; one that is too much for the connection's address waits, and QUIC keeps the peer from sending many more.
+async fn read_control(
+    peer: PeerId,
+    session: &Session,
+    mut stream: RecvStream,
+    mut share: Share,
+    events: &mpsc::Sender<Event>,
+) {
     let mut reader = FrameReader::default();
-    let mut piece = [0; 4096];
-    while let Ok(Some(length)) = stream.read(&mut piece).await {
-        reader.push(&piece[..length]);
-        loop {
-            match reader.next_frame() {
-                Ok(Some(frame)) => {
-                    if events.send(Event::Control(peer, frame)).await.is_err() {
-                        return;
-                    }
-                }
-                Ok(None) => break,
-                Err(error) => return tracing::debug!(%error, peer = peer.0, "a control stream makes no sense"),
-            }
+    let greeting = tokio::time::timeout(GREETING_WITHIN, next_frame(peer, &mut stream, &mut reader));
+    let Ok(mut next) = greeting.await else { return tracing::debug!(peer = peer.0, "no greeting") };
+    while let Some(frame) = next {
+        share.wait(frame.len(), || session.remote_address().ip()).await;
+        if events.send(Event::Control(peer, frame)).await.is_err() {
+            return;
         }
+        next = next_frame(peer, &mut stream, &mut reader).await;
     }
 }
 
-async fn read_datagrams(peer: PeerId, session: &Session, events: &mpsc::Sender<Event>) {
+/// The next frame of a control stream; none when it has ended or makes no sense.
+async fn next_frame(peer: PeerId, stream: &mut RecvStream, reader: &mut FrameReader) -> Option<Vec<u8>> {
+    let mut piece = [0; 4096];
+    loop {
+        match reader.next_frame() {
+            Ok(Some(frame)) => return Some(frame),
+            Ok(None) => {}
+            Err(error) => {
+                tracing::debug!(%error, peer = peer.0, "a control stream makes no sense");
+                return None;
+            }
+        }
+        let length = stream.read(&mut piece).await.ok()??;
+        reader.push(&piece[..length]);
+    }
+}
+
+/// Reads datagrams; those of who is not in, and those that are too much for the connection's address, are not heard, and who sends
+/// far too many of them is let go and comes back as slowly as one who guesses codes.
+async fn read_datagrams(
+    peer: PeerId,
+    session: &Session,
+    is_in: &AtomicBool,
+    mut share: Share,
+    events: &mpsc::Sender<Event>,
+    doorkeeper: &SharedDoorkeeper,
+) {
+    let address = || session.remote_address().ip();
     while let Ok(bytes) = session.read_datagram().await {
-        if events.send(Event::Datagram(peer, bytes)).await.is_err() {
-            return;
+        if is_in.load(Ordering::Relaxed) && share.hears(bytes.len(), address) {
+            if events.send(Event::Datagram(peer, bytes)).await.is_err() {
+                return;
+            }
+        } else if !share.bears_it() {
+            tracing::info!(peer = peer.0, "a peer that sends far too much is let go");
+            doorkeeper.note_wrong_code(address());
+            return session.close(4, b"too much");
         }
     }
 }

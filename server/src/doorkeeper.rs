@@ -1,4 +1,4 @@
-//! Who may knock how often: arrivals are counted by the address they come from, and wrong codes count as many.
+//! What is counted by address: who may knock how often, where wrong codes count as many, and what its people may send beyond their shares.
 //!
 //! [`Doorkeeper`] is pure and takes time as an argument; what the tasks share reads the clock for it. Nothing of it is ever written
 //! down.
@@ -11,6 +11,9 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tokio::time::Instant;
+
+use crate::bucket::{Bucket, Rate};
+use crate::input::{Input, Kind, Meter};
 
 /// How many arrivals an address may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -34,7 +37,13 @@ impl Default for Arrivals {
     }
 }
 
-/// Most addresses remembered at one time.
+impl Arrivals {
+    fn rate(&self) -> Rate {
+        Rate { burst: f64::from(self.burst), per_s: f64::from(self.per_s) }
+    }
+}
+
+/// Most addresses remembered at one time: half a megabyte, or one with what the map keeps free.
 const DOORS_MAX: usize = 4096;
 
 /// An address as a household has it: all of IPv4, the network's half of IPv6.
@@ -60,33 +69,43 @@ fn is_loopback(address: IpAddr) -> bool {
     }
 }
 
-/// What an address has left, and when that was so.
+/// What an address may still do.
 #[derive(Clone, Copy, Debug)]
 struct Door {
-    left: f64,
-    at: Duration,
+    arrivals: Bucket,
+    /// What its people may send beyond their shares, datagrams and requests.
+    spare: [Meter; 2],
 }
 
-/// The memory of who knocked.
+/// What was not heard, or not at once, since an address sent too much.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InputCounts {
+    /// Datagrams that were not heard.
+    pub unheard: u64,
+    /// Requests that had to wait.
+    pub held: u64,
+}
+
+/// The memory of who knocked and who sent too much.
 #[derive(Debug)]
 pub(crate) struct Doorkeeper {
     arrivals: Arrivals,
+    input: Input,
     doors: BTreeMap<Household, Door>,
     turned_away: u64,
+    counts: InputCounts,
 }
 
 impl Doorkeeper {
-    pub(crate) const fn new(arrivals: Arrivals) -> Self {
-        Self { arrivals, doors: BTreeMap::new(), turned_away: 0 }
+    pub(crate) const fn new(arrivals: Arrivals, input: Input) -> Self {
+        let counts = InputCounts { unheard: 0, held: 0 };
+        Self { arrivals, input, doors: BTreeMap::new(), turned_away: 0, counts }
     }
 
     /// Whether somebody who knocks may come in; `now` is the time since any beginning.
     pub(crate) fn may_come(&mut self, address: IpAddr, now: Duration) -> bool {
-        let may_come = self.door(address, now).is_none_or(|door| {
-            let has_one = door.left >= 1.0;
-            door.left -= f64::from(u8::from(has_one));
-            has_one
-        });
+        let rate = self.arrivals.rate();
+        let may_come = self.is_exempt(address) || self.door(address, now).arrivals.take(1.0, rate, now);
         self.turned_away += u64::from(!may_come);
         may_come
     }
@@ -94,16 +113,16 @@ impl Doorkeeper {
     /// Whether an address has used more than half of what it may: who knocks from there has to show that it is theirs, or somebody
     /// who borrows an address could spend what its owner needs.
     pub(crate) fn is_doubtful(&self, address: IpAddr, now: Duration) -> bool {
-        let door = self.doors.get(&Household::of(address));
-        door.is_some_and(|door| left(door, &self.arrivals, now) < 0.5 * f64::from(self.arrivals.burst))
+        let (door, rate) = (self.doors.get(&Household::of(address)), self.arrivals.rate());
+        door.is_some_and(|door| door.arrivals.left(rate, now) < 0.5 * rate.burst)
     }
 
-    /// Notes that somebody from there had a wrong code.
+    /// Notes that somebody from there had a wrong code, or sent so much that it was let go.
     pub(crate) fn note_wrong_code(&mut self, address: IpAddr, now: Duration) {
-        let cost = f64::from(self.arrivals.wrong_code_costs);
-        if let Some(door) = self.door(address, now) {
+        let (cost, rate) = (f64::from(self.arrivals.wrong_code_costs), self.arrivals.rate());
+        if !self.is_exempt(address) {
             // owed, so that guesses which knocked together wait as long as those that did not; but never for minutes
-            door.left = (door.left - cost).max(-2.0 * cost);
+            self.door(address, now).arrivals.charge(cost, 2.0 * cost, rate, now);
         }
     }
 
@@ -112,30 +131,59 @@ impl Doorkeeper {
         self.turned_away
     }
 
-    /// What an address has left by now; none where nobody counts.
-    fn door(&mut self, address: IpAddr, now: Duration) -> Option<&mut Door> {
-        if self.arrivals.exempts_loopback && is_loopback(address) {
-            return None;
-        }
-        let household = Household::of(address);
-        if !self.doors.contains_key(&household) && self.doors.len() >= DOORS_MAX {
-            self.forget(now);
-        }
-        let full = f64::from(self.arrivals.burst);
-        let door = self.doors.entry(household).or_insert(Door { left: full, at: now });
-        *door = Door { left: left(door, &self.arrivals, now), at: now };
-        Some(door)
+    /// Whether an address has so many bytes to spare for one of its people, who has used up the own share; they are taken then.
+    pub(crate) fn lends(&mut self, address: IpAddr, kind: Kind, bytes: usize, now: Duration) -> bool {
+        let spare = self.input.spare(kind);
+        self.door(address, now).spare[kind as usize].take(bytes, &spare, now)
     }
 
-    /// Forgets whoever has as much left as a newcomer; when that frees nothing, whoever has most.
-    fn forget(&mut self, now: Duration) {
-        let (arrivals, full) = (self.arrivals, f64::from(self.arrivals.burst));
-        self.doors.retain(|_, door| left(door, &arrivals, now) < full);
+    /// Notes that a datagram is not heard, or that a request has to wait.
+    pub(crate) const fn note_too_much(&mut self, kind: Kind) {
+        match kind {
+            Kind::Datagram => self.counts.unheard += 1,
+            Kind::Request => self.counts.held += 1,
+        }
+    }
+
+    /// What was too much so far.
+    pub(crate) const fn counts(&self) -> InputCounts {
+        self.counts
+    }
+
+    /// Forgets every address that may do as much as one that was never heard of.
+    pub(crate) fn forget_idle(&mut self, now: Duration) {
+        let (rate, spare) = (self.arrivals.rate(), Kind::ALL.map(|kind| self.input.spare(kind)));
+        self.doors.retain(|_, door| {
+            let owes_arrivals = door.arrivals.left(rate, now) < rate.burst;
+            owes_arrivals
+                || Kind::ALL.iter().any(|&kind| !door.spare[kind as usize].is_full(&spare[kind as usize], now))
+        });
+    }
+
+    /// Whether nobody counts how often somebody knocks.
+    fn is_exempt(&self, address: IpAddr) -> bool {
+        self.arrivals.exempts_loopback && is_loopback(address)
+    }
+
+    fn door(&mut self, address: IpAddr, now: Duration) -> &mut Door {
+        let household = Household::of(address);
+        if self.doors.len() >= DOORS_MAX && !self.doors.contains_key(&household) {
+            self.make_room(now);
+        }
+        let (rate, input) = (self.arrivals.rate(), &self.input);
+        self.doors.entry(household).or_insert_with(|| Door {
+            arrivals: Bucket::full(rate, now),
+            spare: Kind::ALL.map(|kind| Meter::full(&input.spare(kind), now)),
+        })
+    }
+
+    /// Forgets who is idle; when nobody is, whoever may knock most often.
+    fn make_room(&mut self, now: Duration) {
+        self.forget_idle(now);
         if self.doors.len() >= DOORS_MAX {
-            let most = self
-                .doors
-                .iter()
-                .max_by(|(_, one), (_, other)| left(one, &arrivals, now).total_cmp(&left(other, &arrivals, now)));
+            let rate = self.arrivals.rate();
+            let left = |door: &Door| door.arrivals.left(rate, now);
+            let most = self.doors.iter().max_by(|(_, one), (_, other)| left(one).total_cmp(&left(other)));
             if let Some(&household) = most.map(|(household, _)| household) {
                 self.doors.remove(&household);
             }
@@ -143,7 +191,7 @@ impl Doorkeeper {
     }
 }
 
-/// The one doorkeeper of a server, for whoever lets people in and whoever reads their codes.
+/// The one doorkeeper of a server, for whoever lets people in, reads their codes and hears what they send.
 #[derive(Clone, Debug)]
 pub(crate) struct SharedDoorkeeper {
     keeper: Arc<Mutex<Doorkeeper>>,
@@ -151,8 +199,18 @@ pub(crate) struct SharedDoorkeeper {
 }
 
 impl SharedDoorkeeper {
-    pub(crate) fn new(arrivals: Arrivals) -> Self {
-        Self { keeper: Arc::new(Mutex::new(Doorkeeper::new(arrivals))), since: Instant::now() }
+    pub(crate) fn new(arrivals: Arrivals, input: Input) -> Self {
+        Self { keeper: Arc::new(Mutex::new(Doorkeeper::new(arrivals, input))), since: Instant::now() }
+    }
+
+    /// The time since its beginning.
+    pub(crate) fn now(&self) -> Duration {
+        self.since.elapsed()
+    }
+
+    /// How much people may send.
+    pub(crate) fn input(&self) -> Input {
+        self.keeper().input
     }
 
     fn keeper(&self) -> MutexGuard<'_, Doorkeeper> {
@@ -162,29 +220,43 @@ impl SharedDoorkeeper {
 
     /// [`Doorkeeper::may_come`], now.
     pub(crate) fn may_come(&self, address: IpAddr) -> bool {
-        self.keeper().may_come(address, self.since.elapsed())
+        self.keeper().may_come(address, self.now())
     }
 
     /// [`Doorkeeper::is_doubtful`], now.
     pub(crate) fn is_doubtful(&self, address: IpAddr) -> bool {
-        self.keeper().is_doubtful(address, self.since.elapsed())
+        self.keeper().is_doubtful(address, self.now())
     }
 
     /// [`Doorkeeper::note_wrong_code`], now.
     pub(crate) fn note_wrong_code(&self, address: IpAddr) {
-        self.keeper().note_wrong_code(address, self.since.elapsed());
+        self.keeper().note_wrong_code(address, self.now());
     }
 
     /// [`Doorkeeper::turned_away`].
     pub(crate) fn turned_away(&self) -> u64 {
         self.keeper().turned_away()
     }
-}
 
-/// What is left at a door by now.
-fn left(door: &Door, arrivals: &Arrivals, now: Duration) -> f64 {
-    let since_s = now.saturating_sub(door.at).as_secs_f64();
-    (door.left + since_s * f64::from(arrivals.per_s)).min(f64::from(arrivals.burst))
+    /// [`Doorkeeper::lends`].
+    pub(crate) fn lends(&self, address: IpAddr, kind: Kind, bytes: usize, now: Duration) -> bool {
+        self.keeper().lends(address, kind, bytes, now)
+    }
+
+    /// [`Doorkeeper::note_too_much`].
+    pub(crate) fn note_too_much(&self, kind: Kind) {
+        self.keeper().note_too_much(kind);
+    }
+
+    /// [`Doorkeeper::counts`].
+    pub(crate) fn counts(&self) -> InputCounts {
+        self.keeper().counts()
+    }
+
+    /// [`Doorkeeper::forget_idle`], now.
+    pub(crate) fn forget_idle(&self) {
+        self.keeper().forget_idle(self.now());
+    }
 }
 
 #[cfg(test)]
@@ -198,9 +270,13 @@ mod tests {
         Duration::from_secs_f64(seconds)
     }
 
+    fn keeper_of(arrivals: Arrivals) -> Doorkeeper {
+        Doorkeeper::new(arrivals, Input::default())
+    }
+
     #[test]
     fn a_school_behind_one_address_comes_in_at_once() {
-        let mut keeper = Doorkeeper::new(Arrivals::default());
+        let mut keeper = keeper_of(Arrivals::default());
         assert!((0..300).all(|_| keeper.may_come(SCHOOL, at(1.0))));
         assert!(!keeper.may_come(SCHOOL, at(1.0)));
         assert_eq!(keeper.turned_away(), 1);
@@ -210,7 +286,7 @@ mod tests {
 
     #[test]
     fn who_guesses_codes_soon_may_not_and_nobody_else_is_the_worse_for_it() {
-        let mut keeper = Doorkeeper::new(Arrivals::default());
+        let mut keeper = keeper_of(Arrivals::default());
         let mut guesses = 0;
         // a thousand knocks a second for a minute, each with a wrong code
         for knock in 0..60_000 {
@@ -228,7 +304,7 @@ mod tests {
     #[test]
     fn a_household_has_one_door_whatever_address_it_takes() {
         let arrivals = Arrivals { burst: 2, per_s: 1, ..Arrivals::default() };
-        let mut keeper = Doorkeeper::new(arrivals);
+        let mut keeper = keeper_of(arrivals);
         let of = |last| IpAddr::V6(Ipv6Addr::new(0x2001, 0xdb8, 0, 1, 0, 0, 0, last));
         let mapped = IpAddr::V6(Ipv4Addr::new(203, 0, 113, 7).to_ipv6_mapped());
         assert!(keeper.may_come(of(1), at(0.0)) && keeper.may_come(of(2), at(0.0)) && !keeper.may_come(of(3), at(0.0)));
@@ -240,7 +316,7 @@ mod tests {
     #[test]
     fn memory_is_bounded_and_the_guessers_are_remembered_longest() {
         let arrivals = Arrivals { burst: 10, per_s: 0, wrong_code_costs: 10, exempts_loopback: true };
-        let mut keeper = Doorkeeper::new(arrivals);
+        let mut keeper = keeper_of(arrivals);
         assert!(keeper.may_come(SCHOOL, at(0.0)));
         keeper.note_wrong_code(SCHOOL, at(0.0));
         for number in 0..20_000_u32 {
@@ -248,14 +324,30 @@ mod tests {
         }
         assert!(keeper.doors.len() <= DOORS_MAX, "{}", keeper.doors.len());
         assert!(!keeper.may_come(SCHOOL, at(2.0)));
+        // as much as is said of it
+        assert!(DOORS_MAX * size_of::<(Household, Door)>() <= 800_000, "{}", size_of::<(Household, Door)>());
+    }
+
+    #[test]
+    fn an_address_that_is_idle_is_forgotten_within_a_minute() {
+        let mut keeper = keeper_of(Arrivals::default());
+        while keeper.may_come(SCHOOL, at(1.0)) {
+            keeper.note_wrong_code(SCHOOL, at(1.0));
+        }
+        let other = IpAddr::V4(Ipv4Addr::new(203, 0, 113, 8));
+        while keeper.lends(other, Kind::Request, 20_000, at(1.0)) {}
+        keeper.forget_idle(at(3.0));
+        assert_eq!(keeper.doors.len(), 2, "who owes something is remembered");
+        keeper.forget_idle(at(40.0));
+        assert_eq!(keeper.doors.len(), 0);
     }
 
     #[test]
     fn this_machine_is_not_counted_unless_asked_for() {
         let local = IpAddr::V4(Ipv4Addr::LOCALHOST);
-        let mut keeper = Doorkeeper::new(Arrivals { burst: 1, ..Arrivals::default() });
+        let mut keeper = keeper_of(Arrivals { burst: 1, ..Arrivals::default() });
         assert!((0..100).all(|_| keeper.may_come(local, at(0.0))));
-        let mut keeper = Doorkeeper::new(Arrivals { burst: 1, exempts_loopback: false, ..Arrivals::default() });
+        let mut keeper = keeper_of(Arrivals { burst: 1, exempts_loopback: false, ..Arrivals::default() });
         assert!(keeper.may_come(local, at(0.0)) && !keeper.may_come(local, at(0.0)));
     }
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 use pottery_shared::room::RoomCounts;
 
+use crate::InputCounts;
 use crate::store::StoreCounts;
 
 /// What a server has counted since its start.
@@ -32,6 +33,8 @@ pub struct Figures {
     pub people_at: Vec<usize>,
     /// Connections not taken, since their address knocks too often.
     pub turned_away: u64,
+    /// What was too much of what addresses sent.
+    pub input: InputCounts,
     /// What the data folder took.
     pub store: StoreCounts,
     /// What the room counted.
@@ -53,6 +56,7 @@ impl Default for Figures {
             dropped_datagrams: 0,
             people_at: Vec::new(),
             turned_away: 0,
+            input: InputCounts::default(),
             store: StoreCounts::default(),
             counts: RoomCounts::default(),
         }
@@ -83,7 +87,7 @@ impl Figures {
         let mut line = format!(
             "{{\"ticks\":{},\"people\":{},\"late\":{},\"datagrams\":{},\"datagram_bytes\":{},\"dropped_datagrams\":{},\
              \"joined\":{joined},\"refused\":{refused},\"repeats\":{repeats},\"resyncs\":{resyncs},\
-             \"refused_samples\":{},\"wake_us\":[",
+             \"refused_samples\":{},\"unheard\":{},\"held\":{},\"wake_us\":[",
             self.ticks,
             self.people,
             self.late,
@@ -91,6 +95,8 @@ impl Figures {
             self.datagram_bytes,
             self.dropped_datagrams,
             refusals.total(),
+            self.input.unheard,
+            self.input.held,
         );
         for (at, bucket) in self.wake_us.iter_recorded().enumerate() {
             let comma = if at == 0 { "" } else { "," };

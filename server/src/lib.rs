@@ -5,12 +5,14 @@
 
 mod announcing;
 mod bounds;
+mod bucket;
 mod certificate;
 mod config;
 mod connection;
 mod doorkeeper;
 mod event;
 mod figures;
+mod input;
 mod lesson;
 mod link;
 mod opening;
@@ -25,8 +27,9 @@ mod transport;
 pub use bounds::CONNECTION_BYTES_MAX;
 pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
-pub use doorkeeper::Arrivals;
+pub use doorkeeper::{Arrivals, InputCounts};
 pub use figures::Figures;
+pub use input::Input;
 pub use lesson::{OrderError, order_of};
 pub use server::{Server, ServerError, Standing};
 pub use store::{StoreCounts, StoreError};

@@ -6,7 +6,7 @@
 
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -41,6 +41,7 @@ pub(crate) struct Link {
     control_room: Arc<Semaphore>,
     keyframes: Arc<Semaphore>,
     dropped: AtomicU64,
+    is_in: Arc<AtomicBool>,
     /// Packets that were lost on the way when it was last looked at.
     lost: u64,
     /// Shortest times of a way and back, of this span and the one before.
@@ -72,12 +73,23 @@ impl Link {
             control_room: Arc::new(Semaphore::new(CONTROL_BYTES)),
             keyframes,
             dropped: AtomicU64::new(0),
+            is_in: Arc::default(),
             lost: 0,
             shortest: [Duration::MAX; 2],
             span_began: Duration::ZERO,
             pace: Pace::default(),
         };
         (link, outgoing)
+    }
+
+    /// Notes that the room has let the peer in, so that its datagrams are heard.
+    pub(crate) fn let_in(&self) {
+        self.is_in.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was let in, for whoever reads the connection.
+    pub(crate) fn is_in(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.is_in)
     }
 
     /// Where the peer is.

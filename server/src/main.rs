@@ -88,7 +88,8 @@ struct Flags {
     #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
     log: Log,
     /// Settings in TOML: listen, code, code_hours, lobby, class, announce, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
-    /// method, wheel_rpm, clay, wetness, support, data, operate, and [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback
+    /// method, wheel_rpm, clay, wetness, support, data, operate, [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback, and
+    /// [input] with datagrams_per_s, datagram_bytes_per_s, requests_per_s, request_bytes_per_s of each person, spare_people of each address
     #[arg(long, value_name = "FILE", env = "POTTERY_CONFIG")]
     config: Option<PathBuf>,
     /// Print the settings as they are in the end, as such a file, and stop

@@ -161,6 +161,13 @@ fn page(figures: &Figures) -> String {
         "Connections not taken, since their address knocks too often.",
         figures.turned_away,
     );
+    one(
+        "datagrams_unheard_total",
+        "counter",
+        "Datagrams that were not heard, since their address sends too much.",
+        figures.input.unheard,
+    );
+    one("requests_held_total", "counter", "Requests that had to wait for the same reason.", figures.input.held);
     one("datagrams_total", "counter", "Datagrams handed to connections.", figures.datagrams);
     one("datagram_bytes_total", "counter", "Their bytes, without UDP, IP and QUIC.", figures.datagram_bytes);
     one("datagrams_dropped_total", "counter", "Datagrams that a connection could not take.", figures.dropped_datagrams);

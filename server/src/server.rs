@@ -165,7 +165,7 @@ impl Server {
             .transpose()?;
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
-        let doorkeeper = SharedDoorkeeper::new(config.arrivals);
+        let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
         let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));

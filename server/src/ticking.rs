@@ -18,7 +18,7 @@ use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
 use crate::store::Store;
-use crate::{Figures, Standing};
+use crate::{Figures, InputCounts, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
@@ -31,6 +31,10 @@ const QUIET_AFTER: Duration = Duration::from_secs(1);
 const LATE_TICKS: u64 = 17;
 /// Ticks between two looks at what the lines lose.
 const LOOK_EVERY: u64 = 100;
+/// Time between two looks at which addresses may be forgotten.
+const FORGET_EVERY: Duration = Duration::from_secs(10);
+/// Least time between two sentences about addresses that send too much.
+const SAY_EVERY: Duration = Duration::from_secs(60);
 /// Events taken in before time is looked at again.
 const EVENTS_AT_ONCE: usize = 256;
 
@@ -49,6 +53,10 @@ pub(crate) struct Ticking {
     recorder: Option<Recorder>,
     store: Option<Store>,
     doorkeeper: SharedDoorkeeper,
+    forget_at: Duration,
+    /// What was said of addresses that send too much, and when there may be more to say.
+    said: InputCounts,
+    say_at: Duration,
 }
 
 impl Ticking {
@@ -70,6 +78,9 @@ impl Ticking {
             recorder,
             store,
             doorkeeper,
+            forget_at: Duration::ZERO,
+            said: InputCounts::default(),
+            say_at: Duration::ZERO,
         }
     }
 
@@ -139,6 +150,7 @@ impl Ticking {
                 self.room.set_telling(peer, telling);
             }
             self.keep_pots();
+            self.look_at_addresses(now);
         }
         self.room.advance(Tick(due));
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
@@ -152,6 +164,21 @@ impl Ticking {
         let (room, Some(store)) = (&self.room, &mut self.store) else { return };
         let is_left = |wheel| room.people_at(wheel) == 0 || room.is_closed(wheel);
         store.look(self.started.elapsed(), |wheel| room.digest(wheel), is_left, |wheel| pot_file(room, wheel));
+    }
+
+    /// Forgets addresses from which nothing came for a while, and says that one sends too much, now and then; never which.
+    fn look_at_addresses(&mut self, now: Duration) {
+        if now >= self.forget_at {
+            self.forget_at = now + FORGET_EVERY;
+            self.doorkeeper.forget_idle();
+        }
+        let counts = self.doorkeeper.counts();
+        if counts != self.said && now >= self.say_at {
+            self.say_at = now + SAY_EVERY;
+            let InputCounts { unheard, held } = std::mem::replace(&mut self.said, counts);
+            let (datagrams, requests) = (counts.unheard - unheard, counts.held - held);
+            tracing::warn!(datagrams, requests, "an address sends more than its people may: too much is not heard");
+        }
     }
 
     async fn end_store(&mut self) {
@@ -189,6 +216,11 @@ impl Ticking {
             Event::Control(peer, frame) => {
                 self.room.handle_control(peer, &frame);
                 self.note_wrong_codes();
+                if let Some(link) = self.links.get(&peer)
+                    && self.room.is_in(peer)
+                {
+                    link.let_in();
+                }
             }
             Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),
             Event::Gone(peer) => {
@@ -230,6 +262,7 @@ impl Ticking {
             dropped_datagrams: self.dropped_datagrams(),
             people_at: (0..self.room.wheels()).map(|wheel| self.room.people_at(wheel)).collect(),
             turned_away: self.doorkeeper.turned_away(),
+            input: self.doorkeeper.counts(),
             store: self.store.as_ref().map_or_else(Default::default, Store::counts),
             counts: self.room.counts(),
             ..self.figures.clone()

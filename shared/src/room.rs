@@ -279,6 +279,12 @@ impl Room {
         self.benches.get(wheel).map(Bench::conditions)
     }
 
+    /// Whether a connection was let in, or waits for a teacher to let it in.
+    #[must_use]
+    pub fn is_in(&self, peer: PeerId) -> bool {
+        self.people.number(peer).is_some()
+    }
+
     /// People who work at a wheel, numbered from 0.
     #[must_use]
     pub fn people_at(&self, wheel: usize) -> usize {

@@ -16,7 +16,7 @@ use pottery_client::device::ScriptedDevice;
 use pottery_client::stroke::Stroke;
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint};
 use pottery_files::pot_file::PotFile;
-use pottery_server::{Arrivals, Server, ServerConfig, ServerError, StoreError};
+use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
 use pottery_tests::programs::{folder, program};
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -291,7 +291,11 @@ fn said(output: &Output) -> String {
 fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_printed() {
     let out = folder("settings");
     let file = out.join("class.toml");
-    fs::write(&file, "wheels = 4\npeople_max = 40\nclay = \"soft\"\n[arrivals]\nburst = 500\n").unwrap();
+    fs::write(
+        &file,
+        "wheels = 4\npeople_max = 40\nclay = \"soft\"\n[arrivals]\nburst = 500\n[input]\nspare_people = 2\n",
+    )
+    .unwrap();
     let path = file.to_str().unwrap();
     let printed = |arguments: &[&str], environment: &[(&str, &str)]| {
         let arguments = [&["--print-config", "--config", path], arguments].concat();
@@ -301,6 +305,8 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
     assert_eq!((plain["wheels"].as_integer(), plain["people_max"].as_integer()), (Some(4), Some(40)));
     assert_eq!(plain["arrivals"]["burst"].as_integer(), Some(500));
     assert_eq!(plain["arrivals"]["per_s"].as_integer(), Some(i64::from(Arrivals::default().per_s)));
+    assert_eq!(plain["input"]["spare_people"].as_integer(), Some(2));
+    assert_eq!(plain["input"]["datagrams_per_s"].as_integer(), Some(i64::from(Input::default().datagrams_per_s)));
     assert_eq!(printed(&[], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(6));
     assert_eq!(printed(&["--wheels", "8"], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(8));
     // what is printed is a file of settings, and says the same when it is read
@@ -313,6 +319,8 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
         ("wheel = 4\n", "wheel"),
         ("[arrivals]\nbrust = 4\n", "brust"),
         ("[arrivals]\nburst = 0\n", "burst"),
+        ("[input]\nspare = 4\n", "spare"),
+        ("[input]\ndatagrams_per_s = 20\n", "choose at least 100"),
         ("operate = \"0.0.0.0:4748\"\n", "this machine alone"),
     ] {
         fs::write(&file, text).unwrap();
