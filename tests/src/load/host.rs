@@ -53,6 +53,9 @@ pub struct Told {
     pub resyncs: u64,
     /// Samples refused.
     pub refused_samples: u64,
+    /// Datagrams that were not heard, since their address sent too much.
+    #[serde(default)]
+    pub unheard: u64,
     /// `[µs, wake-ups]`.
     pub wake_us: Vec<(u64, u64)>,
 }

@@ -100,6 +100,9 @@ pub struct ServerFigures {
     pub resyncs: u64,
     /// Samples refused.
     pub refused_samples: u64,
+    /// Datagrams that were not heard, since their address sent too much.
+    #[serde(default)]
+    pub unheard: u64,
 }
 
 /// Somebody whose clay is not everybody's.
@@ -226,6 +229,7 @@ impl RunResult {
         Some(match name {
             "server_late_ticks" => self.server.as_ref()?.late_ticks as f64,
             "server_dropped_datagrams" => self.server.as_ref()?.dropped_datagrams as f64,
+            "server_unheard" => self.server.as_ref()?.unheard as f64,
             "server_cpu_percent" => self.server_cpu_percent?,
             "server_memory_mb" => self.server_memory_mb?,
             "up_lost_percent" => self.up_lost_percent,
@@ -277,13 +281,14 @@ impl RunResult {
         ));
         if let Some(server) = &self.server {
             table.push_str(&format!(
-                "{:<28}{} late ticks, {} datagrams, {} of them dropped, {} keyframes asked for, {} samples refused\n",
+                "{:<28}{} late ticks, {} datagrams, {} of them dropped, {} keyframes asked for, {} samples refused, {} datagrams not heard\n",
                 "server",
                 server.late_ticks,
                 server.datagrams,
                 server.dropped_datagrams,
                 server.resyncs,
-                server.refused_samples
+                server.refused_samples,
+                server.unheard
             ));
         }
         if let Some(strangers) = &self.strangers {

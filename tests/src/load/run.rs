@@ -376,6 +376,7 @@ impl<'a> Watched<'a> {
                 dropped_datagrams: now.dropped_datagrams - before.dropped_datagrams,
                 resyncs: now.resyncs - before.resyncs,
                 refused_samples: now.refused_samples - before.refused_samples,
+                unheard: now.unheard - before.unheard,
             });
         }
     }
