@@ -17,7 +17,7 @@ use pottery_client::stroke::Stroke;
 use pottery_client::view::{Link, View};
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint, find};
 use pottery_server::{Certificate, Server, ServerConfig, ServerError};
-use pottery_shared::protocol::{JoinCode, Order, Refusal, Role};
+use pottery_shared::protocol::{self, JoinCode, NoGuidance, NoOrder, NoTool, Order, Refusal, Role};
 use pottery_shared::session::ClientError;
 use pottery_tests::programs::{folder, program};
 
@@ -143,6 +143,32 @@ async fn token_and_key_outlast_the_server_and_the_token_is_shown_once() {
     let said = Server::start(kept).unwrap_err();
     assert!(matches!(said, ServerError::Teacher { .. }) && said.to_string().contains("--new-teacher-token"), "{said}");
     fs::remove_dir_all(data).unwrap();
+}
+
+/// What every choice of a message says: whatever is added to it is among them.
+fn sentences(read: impl Fn(&[u8]) -> Option<String>) -> Vec<String> {
+    let of = |number: u8| {
+        // its fields, all of them 0, take so many bytes
+        (0..8).find_map(|zeros| read(&[vec![number], vec![0; zeros]].concat()))
+    };
+    (0..).map_while(of).collect()
+}
+
+#[test]
+fn whatever_is_refused_is_refused_in_one_sentence() {
+    let said = [
+        sentences(|bytes| Some(protocol::decode::<64, Refusal>(bytes).ok()?.to_string())),
+        sentences(|bytes| Some(protocol::decode::<64, NoOrder>(bytes).ok()?.to_string())),
+        sentences(|bytes| Some(protocol::decode::<64, NoGuidance>(bytes).ok()?.to_string())),
+        sentences(|bytes| Some(protocol::decode::<64, NoTool>(bytes).ok()?.to_string())),
+    ]
+    .concat();
+    assert!(said.len() >= 20, "{said:?}");
+    for sentence in &said {
+        assert!((20..160).contains(&sentence.len()) && sentence.contains(' '), "{sentence}");
+        assert!(!sentence.contains(['\n', '{', '}', '_']) && !sentence.contains("Error"), "{sentence}");
+        assert_eq!(said.iter().filter(|other| *other == sentence).count(), 1, "said of two things: {sentence}");
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -176,6 +176,32 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
     fs::remove_dir_all(data).unwrap();
 }
 
+/// Not even who may do everything can make a file there.
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_folder_that_takes_nothing_is_said_in_a_sentence_for_each_thing_that_is_not_kept() {
+    let child = Command::new(program("pottery-server"))
+        .args(["--listen", "127.0.0.1:0", "--no-announce", "--data", "/proc/self/task"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut own = Own::new(child);
+    press(&own.target(1), 1.6).await;
+    press(&own.target(1), 0.5).await;
+    terminate(&mut own.child);
+    let mut log = String::new();
+    own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    for sentence in [
+        "the server's key is good for this run only",
+        "the teacher's token is good for this run only",
+        "pots are not kept at the moment, and the lesson goes on",
+    ] {
+        assert_eq!(log.lines().filter(|line| line.contains(sentence)).count(), 1, "{sentence}: {log}");
+    }
+    assert!(!log.contains("panicked"), "{log}");
+}
+
 /// Whether a file of a data folder is one of those that are meant to be there.
 #[cfg(target_os = "linux")]
 fn is_kept_for_good(entry: &fs::DirEntry) -> bool {
