@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use pottery_server::{Certificate, server_config};
 use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
+use pottery_tests::load::host::Host;
 use pottery_tests::load::knee::Climb;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
@@ -56,6 +57,9 @@ fn smoke_run_ends_with_equal_clay_and_whole_figures() {
     for name in ["join_ms", "input_delta_ms", "delta_age_ms", "schedule_lag_ms", "correction_mm", "server_wake_ms"] {
         assert!(run.quantiles(name).unwrap().count > 0, "nothing was counted for {name}");
     }
+    let (us, room) = (run.server_us_per_datagram().unwrap(), run.room_percent().unwrap());
+    assert!(us > 0.0 && room > 0.0 && room < 100.0, "{us} us a datagram, {room} %");
+    assert_eq!(run.server.as_ref().unwrap().unheard, 0, "honest people behind one address");
     // what was sent cannot be older than what was due
     assert!(run.input_delta_ms.mean >= run.input_delta_uncorrected_ms.mean);
     assert!(run.down_bytes > run.up_bytes && run.up_bytes > 0);
@@ -64,6 +68,19 @@ fn smoke_run_ends_with_equal_clay_and_whole_figures() {
     let page = std::fs::read_to_string(&html).unwrap();
     assert!(page.contains("<svg") && page.contains("</html>"));
     assert!(!page.contains("http") && !page.contains("<script"), "the page asks for something outside of it");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_spawned_server_has_as_many_threads_as_it_is_asked_to_have() {
+    let workers = |threads| {
+        let host = Host::spawn(&program("pottery-server"), Some(threads), &Plan::default()).unwrap();
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", host.process())).unwrap();
+        let name =
+            |task: std::io::Result<std::fs::DirEntry>| std::fs::read_to_string(task.unwrap().path().join("comm"));
+        tasks.filter_map(|task| name(task).ok()).filter(|name| name.starts_with("tokio-rt-worker")).count()
+    };
+    assert_eq!((workers(1), workers(3)), (1, 3));
 }
 
 #[test]

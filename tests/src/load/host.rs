@@ -91,11 +91,11 @@ pub struct Host {
 
 impl Host {
     /// Starts a server for a plan on this machine's loopback; where strangers come, one that counts who knocks from this machine as
-    /// it would others, and lets all of its people in at once.
+    /// it would others, and lets all of its people in at once. It has so many `threads`, or one a core.
     ///
     /// # Errors
     /// [`HostError`].
-    pub fn spawn(program: &Path, plan: &Plan) -> Result<Self, HostError> {
+    pub fn spawn(program: &Path, threads: Option<u8>, plan: &Plan) -> Result<Self, HostError> {
         let people = plan.people().max(1);
         let mut command = Command::new(program);
         command.args(["--listen", "127.0.0.1:0", "--figures", "1"]).args([
@@ -104,6 +104,9 @@ impl Host {
             "--people",
             &people.to_string(),
         ]);
+        if let Some(threads) = threads {
+            command.env("TOKIO_WORKER_THREADS", threads.to_string());
+        }
         // a file, which is read before the server says where it is
         let strict = std::env::temp_dir().join(format!("pottery-load-test-{}.toml", std::process::id()));
         if plan.strangers_per_s > 0 {

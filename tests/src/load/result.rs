@@ -230,6 +230,8 @@ impl RunResult {
             "server_late_ticks" => self.server.as_ref()?.late_ticks as f64,
             "server_dropped_datagrams" => self.server.as_ref()?.dropped_datagrams as f64,
             "server_unheard" => self.server.as_ref()?.unheard as f64,
+            "server_us_per_datagram" => self.server_us_per_datagram()?,
+            "server_room_percent" => self.room_percent()?,
             "server_cpu_percent" => self.server_cpu_percent?,
             "server_memory_mb" => self.server_memory_mb?,
             "up_lost_percent" => self.up_lost_percent,
@@ -240,6 +242,20 @@ impl RunResult {
             "strangers_age_ratio" => self.strangers.as_ref()?.age_ratio(),
             _ => return None,
         })
+    }
+
+    /// Processor time of a spawned server for each datagram that came of it, µs.
+    #[must_use]
+    pub fn server_us_per_datagram(&self) -> Option<f64> {
+        let us = self.server_cpu_percent? * 1e4 * self.measured_s;
+        (self.datagrams > 0).then(|| us / self.datagrams as f64)
+    }
+
+    /// Share of the time in which the one task that owns the room was at work, %: what no second core takes over.
+    #[must_use]
+    pub fn room_percent(&self) -> Option<f64> {
+        let wakes = self.server.as_ref()?.wake_ms;
+        (self.measured_s > 0.0).then(|| wakes.mean * wakes.count as f64 * 0.1 / self.measured_s)
     }
 
     /// A table for a person.
@@ -289,6 +305,12 @@ impl RunResult {
                 server.resyncs,
                 server.refused_samples,
                 server.unheard
+            ));
+        }
+        if let (Some(us), Some(room)) = (self.server_us_per_datagram(), self.room_percent()) {
+            table.push_str(&format!(
+                "{:<28}{us:.2} us of processor time a datagram; the room's one task at work {room:.1} % of the time\n",
+                "cost"
             ));
         }
         if let Some(strangers) = &self.strangers {

@@ -41,7 +41,12 @@ const COMPARE_EACH: Duration = Duration::from_millis(20);
 #[derive(Clone, Debug)]
 pub enum Against {
     /// One of our own, a process beside this one.
-    Spawned(PathBuf),
+    Spawned {
+        /// Its program.
+        program: PathBuf,
+        /// Its threads; as many as there are cores when absent.
+        threads: Option<u8>,
+    },
     /// One that runs already.
     Running {
         /// Where.
@@ -108,7 +113,7 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     let plan = plan.checked()?;
     let load_before = host::machine().2;
     let spawned = match &options.against {
-        Against::Spawned(program) => Some(Host::spawn(program, &plan)?),
+        Against::Spawned { program, threads } => Some(Host::spawn(program, *threads, &plan)?),
         Against::Running { .. } => None,
     };
     if let Some(host) = &spawned {
@@ -138,7 +143,7 @@ async fn work(
 ) -> Result<RunResult, RunError> {
     let (address, code) = match &options.against {
         Against::Running { address, code } => (address.clone(), code.clone()),
-        Against::Spawned(_) => {
+        Against::Spawned { .. } => {
             spawned.map(|host| (host.address.to_string(), host.code.clone())).ok_or(RunError::Gone)?
         }
     };

@@ -69,7 +69,7 @@ pub const WITH_QUANTILES: [&str; 7] = [
     "server_wake_ms",
 ];
 /// Figures that are one number.
-pub const PLAIN: [&str; 11] = [
+pub const PLAIN: [&str; 13] = [
     "strangers_age_ratio",
     "server_late_ticks",
     "server_cpu_percent",
@@ -80,6 +80,8 @@ pub const PLAIN: [&str; 11] = [
     "asked",
     "server_dropped_datagrams",
     "server_unheard",
+    "server_us_per_datagram",
+    "server_room_percent",
     "unlike",
 ];
 const QUANTILES: [&str; 8] = ["count", "mean", "p50", "p90", "p95", "p99", "p999", "max"];

@@ -65,6 +65,9 @@ pub(crate) struct RunFlags {
     /// The server's program [default: pottery-server beside this program]
     #[arg(long, value_name = "FILE", requires = "spawn")]
     program: Option<PathBuf>,
+    /// Threads of the server [default: as many as there are cores]
+    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = clap::value_parser!(u8).range(1..=64))]
+    server_threads: Option<u8>,
     /// A server that runs already
     #[arg(long, value_name = "ADDRESS", requires = "code")]
     server: Option<String>,
@@ -214,7 +217,10 @@ impl RunFlags {
                 }
                 Ok(Against::Running { address: address.clone(), code: code.clone() })
             }
-            _ if self.spawn => Ok(Against::Spawned(self.program.clone().map_or_else(server_program, Ok)?)),
+            _ if self.spawn => {
+                let program = self.program.clone().map_or_else(server_program, Ok)?;
+                Ok(Against::Spawned { program, threads: self.server_threads })
+            }
             _ => Err("say which server: --spawn starts one, --server ADDRESS --code CODE names one; --help tells more"
                 .into()),
         }
