@@ -320,6 +320,49 @@ fn no_program_asks_what_time_of_day_it_is() {
     assert_none("a program asks for the time of day", &broken);
 }
 
+#[test]
+fn what_a_server_writes_down_knows_no_address_and_nobody_else_is_talked_to() {
+    let names = |file: &PathBuf, words: &[&str]| {
+        let tokens = without_tests(&tokens(&read(file)));
+        words.iter().any(|word| tokens.iter().any(|token| token == word))
+    };
+    // who writes files, and the core, of which those are told
+    let src = root().join("server/src");
+    let mut writers = ["store.rs", "teacher.rs", "certificate.rs", "recording.rs"].map(|file| src.join(file)).to_vec();
+    for folder in [src.join("recording"), root().join("shared")] {
+        writers.extend(files(&folder, &["rs"]));
+    }
+    assert!(writers.iter().any(|file| names(file, &["File", "write_whole"])), "none of them writes");
+    let broken: Vec<_> = writers
+        .iter()
+        .filter(|file| names(file, &["IpAddr", "Ipv4Addr", "Ipv6Addr", "SocketAddr", "remote_address"]))
+        .map(|file| name(file))
+        .collect();
+    assert_none("what is kept knows where people are", &broken);
+    // a studio and its server, the local network's announcement, operators of this machine, and a device beside it
+    let known = [
+        "client/src/device/inverse3.rs",
+        "client/src/finding.rs",
+        "client/src/rehearsal/proxy.rs",
+        "client/src/transport.rs",
+        "client/studio/src/hosting.rs",
+        "server/src/announcing.rs",
+        "server/src/console.rs",
+        "server/src/operation.rs",
+        "server/src/server.rs",
+        "server/src/transport.rs",
+    ];
+    let sockets = ["UdpSocket", "TcpStream", "TcpListener", "Socket", "ServiceDaemon", "UnixStream"];
+    let folders = ["shared", "server", "client"].map(|folder| root().join(folder));
+    let talk: Vec<_> = folders
+        .iter()
+        .flat_map(|folder| files(folder, &["rs"]))
+        .filter(|file| names(file, &sockets) || read(file).contains("Endpoint::client("))
+        .map(|file| name(&file))
+        .collect();
+    assert_eq!(talk.into_iter().collect::<BTreeSet<_>>(), known.map(str::to_owned).into());
+}
+
 fn dependencies(folder: &str) -> BTreeSet<String> {
     fn gather(table: &toml::Table, found: &mut BTreeSet<String>) {
         for (key, value) in table {
