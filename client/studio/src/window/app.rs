@@ -432,13 +432,17 @@ impl App {
             Some(Ok(_)) | None => {}
             Some(Err(reason)) => self.refusal = Some(reason),
         }
-        // a picture that only told of its own rate would have no other cause
-        if has_cause || self.figures_at.elapsed() >= FIGURES_IDLE {
+        let round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        if has_cause {
             self.figures_at = Instant::now();
-            self.panel.late_percent = late_percent;
-            let rate = if has_cause { 1.0 / seconds.max(1e-3) } else { 0.0 };
-            self.panel.frames_per_s += (rate - self.panel.frames_per_s) * 0.1;
-            self.panel.round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+            self.panel.frames_per_s += (1.0 / seconds.max(1e-3) - self.panel.frames_per_s) * 0.1;
+            (self.panel.late_percent, self.panel.round_trip_ms) = (late_percent, round_trip_ms);
+        } else if self.figures_at.elapsed() >= FIGURES_IDLE {
+            // a picture that only told of its own rate, or of a figure that is much the same, would have no cause
+            self.figures_at = Instant::now();
+            self.panel.frames_per_s = 0.0;
+            panel::renew(&mut self.panel.late_percent, late_percent, 0.2);
+            panel::renew(&mut self.panel.round_trip_ms, round_trip_ms, 5.0);
         }
         let monitor = self.held.monitor.as_ref();
         let found = monitor.and_then(|monitor| monitor.about());

@@ -245,6 +245,13 @@ fn show_status(context: &egui::Context, state: &PanelState) {
     });
 }
 
+/// Takes a figure over that a window at rest shows, where it says something else: by more than a quarter, and by more than `least`.
+pub(super) fn renew(shown: &mut f32, figure: f32, least: f32) {
+    if (figure - *shown).abs() > (0.25 * *shown).max(least) {
+        *shown = figure;
+    }
+}
+
 /// The connection in a word.
 fn quality(round_trip_ms: f32) -> &'static str {
     match round_trip_ms {
