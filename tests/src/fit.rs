@@ -49,7 +49,7 @@ const OUT_OF_RANGE: f64 = 10.0;
 const PERMANENT: f64 = 1.5;
 const FORCE: f64 = 0.7;
 
-/// Constants that dents are fitted with, in this order; `rim_end` is held.
+/// Constants that dents are fitted with, in this order.
 pub const FREE: [&str; 11] = [
     "hardness",
     "hardness_by_slope",
@@ -159,20 +159,20 @@ pub fn score(misfits: &[Misfit]) -> f64 {
 }
 
 /// Constants of a sliding tool, in this order.
-pub const SLIDING: [&str; 5] = ["slide_bottom", "slide_strain", "slide_width", "slide_open", "slide_soft"];
+pub const SLIDING: [&str; 4] = ["slide_bottom", "slide_strain", "slide_open", "slide_soft"];
 
 /// The sliding constants of a law.
 #[must_use]
 pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
-    [law.slide_bottom, law.slide_strain, law.slide_width, law.slide_open, law.slide_soft].map(f64::from)
+    [law.slide_bottom, law.slide_strain, law.slide_open, law.slide_soft].map(f64::from)
 }
 
 /// The law with these sliding constants; `None` where it makes no sense.
 #[must_use]
 pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [slide_bottom, slide_strain, slide_width, slide_open, slide_soft] = sliding.map(|value| value as f32);
-    let sense = (0.05..=1.0).contains(&slide_bottom) && slide_width > 0.05 && slide_soft < 1.0;
-    sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_width, slide_open, slide_soft, ..*held })
+    let [slide_bottom, slide_strain, slide_open, slide_soft] = sliding.map(|value| value as f32);
+    let sense = (0.05..=1.0).contains(&slide_bottom) && slide_soft < 1.0;
+    sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_open, slide_soft, ..*held })
 }
 
 /// The law with which the forces along the motion of the strokes come out best, with all else held: they are proportional to
@@ -216,15 +216,15 @@ pub fn fit(
     Ok(Fitted { law: law_of(found.at, &start).unwrap_or(start), score: found.value })
 }
 
-/// Score of the strokes of a law: fourth root of the mean fourth power of their `RMS groove + 0.3·|force error|`, so that the worst
+/// Score of the strokes of a law: eighth root of the mean eighth power of their `RMS groove + 0.4·|force error|`, so that the worst
 /// counts most.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged.
 pub fn strokes_score(law: PlasticLaw, grid: GridShape) -> Result<f64, FitError> {
     let drawn = strokes::draw(PlasticCsem { law }, grid)?;
-    let powers = drawn.iter().map(|figures| figures.score().powi(4));
-    Ok((powers.sum::<f64>() / drawn.len() as f64).powf(0.25))
+    let powers = drawn.iter().map(|figures| figures.score().powi(8));
+    Ok((powers.sum::<f64>() / drawn.len() as f64).powf(0.125))
 }
 
 /// Fits the sliding constants to the strokes, with all else of `start` held.

@@ -32,7 +32,7 @@ fn the_fit_finds_the_constants_that_made_the_dents() {
         recovery_edge: 0.25,
         sink_width: 0.25,
         rim_strain: 130.0,
-        rim_width: 0.65,
+        rim_width: 1.8,
         rim_around: 0.9,
         ..PlasticLaw::FITTED
     };

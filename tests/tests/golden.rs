@@ -12,10 +12,10 @@ use pottery_shared::clay::Vectors;
 mod golden;
 
 /// Pinned on x86-64: nothing but IEEE operations and libm's own code makes a radius.
-const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x9dee_718f_8b32_040a];
+const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x3361_1661_a322_293a];
 
 /// The same of a rib.
-const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x156b_b90a_9ffb_53c7];
+const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x1e9a_dca3_bf8d_37bb];
 
 #[test]
 fn fixed_run_of_a_rib_gives_the_pinned_pot() {

@@ -547,7 +547,7 @@ async fn clay_is_the_same_behind_a_lossy_reordering_proxy() {
         let through = Target { address: proxy.address().to_string(), ..target(&server, 1) };
         // one behind the proxy, one beside it
         let people = vec![join(&through, "waist").await, join(&target(&server, 1), "evaluation").await];
-        sleep(ms(2000)).await;
+        sleep(ms(3000)).await;
         let potters: Vec<_> = people.iter().map(|(_, potter)| potter).collect();
         assert_same_clay(&server, 0, &potters).await;
         let standing = server.standing().await.unwrap();

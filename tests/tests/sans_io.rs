@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use glam::Vec3;
-use pottery_shared::clay::{Material, MethodKind, PotSpec, Preset, Support, Wetness};
+use pottery_shared::clay::{Material, MethodKind, Pot, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{self, FrameReader, Pulse, Request};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::{Client, ClientEvent};
@@ -456,6 +456,18 @@ fn held_tool(person: u64, now: u64) -> (Tool, Orientation) {
     (Tool::Convex(shape), Orientation::nearest(angles_rad).unwrap())
 }
 
+/// Volume between a pot's wall and the untouched one, mm³: what was pressed away and what rose both count.
+fn moved_mm3(pot: &Pot) -> f64 {
+    let untouched = Pot::new(*pot.spec()).unwrap();
+    let [wall, untouched] = [pot, &untouched].map(|pot| &pot.surfaces()[0]);
+    let areas_m2 = wall.radii_m().iter().zip(untouched.radii_m()).map(|(&radius_m, &was_m)| {
+        let [radius_m, was_m] = [radius_m, was_m].map(f64::from);
+        0.5 * (radius_m * radius_m - was_m * was_m).abs()
+    });
+    let column_rad = std::f64::consts::TAU / f64::from(pot.spec().shape.columns());
+    areas_m2.sum::<f64>() * column_rad * f64::from(wall.row_height_m()) * 1e9
+}
+
 /// As [`hand`], and as much farther out as a rib's edge is from its centre than a fingertip's.
 fn hand_with_a_rib(person: u64, now: u64) -> Option<Vec3> {
     hand(person, now).map(|place| place + 0.009 * place.with_z(0.0).normalize())
@@ -478,9 +490,9 @@ fn everybody_holds_the_same_clay_whatever_tools_are_turned_in_their_hands() {
             }
         }
         world.assert_settled(3);
-        let pressed_mm3 = world.room.pot(0).unwrap().pressed_m3() * 1e9;
-        println!("{method:?}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
-        assert!(pressed_mm3.abs() > 500.0, "{method:?}: {pressed_mm3} mm³");
+        let moved_mm3 = moved_mm3(world.room.pot(0).unwrap());
+        println!("{method:?}: moved {moved_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
+        assert!(moved_mm3 > 500.0, "{method:?}: {moved_mm3} mm³");
         assert_eq!(seen, [true; 4], "{method:?}: tools of others that were seen turned");
     }
 }

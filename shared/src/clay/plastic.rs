@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::bending::POISSON;
 use super::contact::{Chunk, Column, Contacts, Stretch};
 use super::ellipse::{Ellipse, Moments, Step};
-use super::lanes::{Simd, SimdBase, apart, f32x8, only, positive, root, splat, sum, with_vectors};
+use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
 use super::series::{Asked, GivenWay, Hinge};
@@ -18,6 +18,9 @@ use crate::tool::{Side, Tool};
 
 /// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
 pub(super) const STEEPEST: f32 = 0.5;
+/// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
+/// by a hair.
+const EDGE_M: f32 = 1e-6;
 
 /// Elastic-plastic clay with a rim.
 ///
@@ -33,17 +36,17 @@ pub(super) const STEEPEST: f32 = 0.5;
 /// - force: the pressure `H/μ·min(p, e)/(c·e₀)` along the tool's normal, so that it saturates as clay does, with the mean H
 ///   where all yields, however fast (μ is the mean of `e(q²)/(c·e₀)`). While nothing yields it is 3 % above Hertz's
 ///   `4/3·E*·√R·δ^1.5`;
-/// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·I)` for 1 < q² < Q, `κ = (Q − q²)/(1 + ((q² − 1)/w)²)`, U = Q − 1,
-///   `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`, with the half axes a_θ, a_z of the volume ΔV that yields (a paraboloid of half
+/// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·(Q − 1)/3)` for 1 < q² < Q, `κ = ((Q − q²)/(Q − 1))²`, with the half axes a_θ, a_z of the volume ΔV
+///   that yields (a paraboloid of half
 ///   axis a has the variance a²/6). Of a dent of volume V, `1 − exp(−X/X₀)` has come back in the end; since V grows with X⁴, it
 ///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height. It rises more to both
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is half as wide. Where the contact leans to
-///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.85·o` of what else
-///   would not rise does, and the pressure is less by 0.2·o. Clay heaps up before it: what of the force is against the motion is
-///   0.41·σ greater;
+///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is sharper, `κ` to the fourth power. Where the contact leans to
+///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.78·o` of what else
+///   would not rise does, and the pressure is less by 0.17·o. Clay heaps up before it: what of the force is against the motion is
+///   0.37·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
@@ -406,11 +409,13 @@ fn contact_ellipse<S: Simd>(
     penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
 ) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::new(simd);
-    let mut slopes = splat(simd, 0.0);
+    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
+    let mut slopes = zero;
     for stretch in contacts.stretches() {
         for (number, (chunk, above)) in stretch.iter().enumerate() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
-            let weight = only(positive(penetration_m(stretch.column, chunk, above)), radius);
+            let touched = (penetration_m(stretch.column, chunk, above) * (1.0 / EDGE_M)).max(zero).min(one);
+            let weight = touched * radius;
             let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
             slopes += weight * (up * up + aside * aside) / (ahead * ahead);
             moments.add(weight, radius, above);

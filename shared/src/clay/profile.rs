@@ -352,7 +352,7 @@ impl Profile {
             let lead = eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at);
             let lead = lead + eight(simd, &self.inside_m[0], at);
             let trail = lead - eight(simd, &self.pressed_m, at);
-            let across = Across { pass, bed: &bed, dent, shape, above_m, chord_m2, high2, inner, outer, end };
+            let across = Across { pass, bed: &bed, dent, shape, above_m, chord_m2, high2, inner, outer };
             let edge_rad = eight(simd, &self.before_rad, at);
             let [under, outside] = across.risen(1.0, lead.max(splat(simd, narrowest_m)), edge_rad, scale);
             put(&mut self.inside_m[0], at, under);
@@ -399,7 +399,6 @@ struct Across<'a, S: Simd> {
     high2: f32x8<S>,
     inner: f32x8<S>,
     outer: f32x8<S>,
-    end: f32x8<S>,
 }
 
 impl<S: Simd> Across<'_, S> {
@@ -408,11 +407,13 @@ impl<S: Simd> Across<'_, S> {
     fn crest(&self, across: f32x8<S>, sign: f32) -> f32x8<S> {
         let (zero, one) = (splat(across.simd, 0.0), splat(across.simd, 1.0));
         let q2 = across * across + self.high2;
-        let beyond = (q2 - 1.0) * (1.0 / self.shape.width);
+        let (start, slope) = self.shape.line();
+        let line = splat(across.simd, start) - q2 * slope;
         let within = ((q2 - Rim::BEGIN) * (1.0 / (1.0 - Rim::BEGIN))).min(one);
         let uneven = (across * across - self.high2) * self.shape.around;
         let weight = (across * (sign * self.shape.along) + uneven + 1.0).max(zero);
-        (self.end - q2) * within * weight / (beyond * beyond + 1.0)
+        let square = line * line;
+        square * (square * self.shape.slides + (1.0 - self.shape.slides)) * within * weight
     }
 
     /// What rises on one side of the dent's middle in a turn, m: under the tool, where it rises the less the more it is pressed,

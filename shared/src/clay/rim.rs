@@ -18,11 +18,12 @@ use super::{Footprint, GridShape, Surface, Window};
 
 /// A rim about an ellipse.
 ///
-/// `κ(q²) = (Q − q²)/(1 + ((q² − 1)/w)²)` for 1 < q² < Q, up to which it rises where the tool does not touch, `∫ κ = π·a_θ·a_z·I` with U = Q − 1 and
-/// `I = U·w·atan(U/w) − (w²/2)·ln(1 + U²/w²)`. It is weighted by `1 + x + α·(q_θ² − q_z²)`, no less than 0: x is the distance in
+/// `κ(q²) = s²·(1 − σ + σ·s²)` with `s = (Q − q²)/(Q − 1)`, for 1 < q² < Q, up to which it rises where the tool does not touch; σ is the
+/// share of sliding, before which the crest is sharper. `∫ κ = π·a_θ·a_z·(Q − 1)·(1/3 − σ·2/15)`. It ends without an edge and asks
+/// for no quotient. It is weighted by `1 + x + α·(q_θ² − q_z²)`, no less than 0: x is the distance in
 /// the direction of sliding over the half axis times the share of sliding, since clay rises before the tool and not in its groove;
-/// α tells by how much more it rises to the sides where the pot curves away from the tool. What is cut off at 0 raises no more
-/// than 3 % of the rim.
+/// α tells by how much more it rises to the sides where the pot curves away from the tool. What is cut off at 0 raises 2 % of the
+/// rim of a sliding tool, 7 % where it goes along the pot with α = ¼.
 pub(super) struct Rim<'a> {
     pub(super) dent: &'a Ellipse,
     /// Volume that rises, m³; negative where the rim of an inner dent grows towards the axis.
@@ -35,9 +36,10 @@ pub(super) struct Rim<'a> {
 /// What a rim looks like, in half axes of its ellipse.
 #[derive(Clone, Copy)]
 pub(super) struct RimShape {
-    /// Q and w.
+    /// Q.
     pub(super) end: f32,
-    pub(super) width: f32,
+    /// σ.
+    pub(super) slides: f32,
     /// α.
     pub(super) around: f32,
     /// Direction of sliding along the arc and up, as long as its share.
@@ -48,14 +50,18 @@ pub(super) struct RimShape {
 impl RimShape {
     pub(super) fn new(law: &PlasticLaw, slide: Slide, around: f32) -> Self {
         let Slide { along, up, share } = slide;
-        let width = law.rim_width * (1.0 - share * (1.0 - law.slide_width));
-        Self { end: law.rim_end, width, around, along, up }
+        Self { end: 1.0 + law.rim_width, slides: share, around, along, up }
     }
 
-    /// The I of [`Rim`].
+    /// The rim's `∫ κ`, in areas of its ellipse.
     pub(super) fn area(&self) -> f32 {
-        let (end, width) = (self.end - 1.0, self.width);
-        end * width * libm::atanf(end / width) - 0.5 * width * width * libm::logf(1.0 + end * end / (width * width))
+        (self.end - 1.0) * (1.0 / 3.0 - self.slides * (2.0 / 15.0))
+    }
+
+    /// The s of κ as `start − q²·slope`.
+    pub(super) fn line(&self) -> (f32, f32) {
+        let slope = 1.0 / (self.end - 1.0);
+        (self.end * slope, slope)
     }
 }
 
@@ -70,7 +76,7 @@ impl Rim<'_> {
         simd: S,
         surface: &Surface,
         contacts: &Contacts,
-        RimScratch { rows, bands, area }: &mut RimScratch,
+        RimScratch { rows, bands }: &mut RimScratch,
         footprint: &mut Footprint,
     ) {
         let (step, dent, end) = (Step::of(surface), self.dent, self.shape.end);
@@ -79,7 +85,7 @@ impl Rim<'_> {
         let middle = libm::roundf(centre_rad / step.column_rad);
         let window = self.window(surface, contacts, middle as i64, centre_z);
         footprint.lay(window);
-        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * area.of(&self.shape));
+        let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.shape.area());
         if crest_m == 0.0 {
             return;
         }
@@ -128,11 +134,12 @@ impl Rim<'_> {
     fn fill_rows<S: Simd>(&self, simd: S, surface: &Surface, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
         let half_m = self.dent.half_height_m;
         let (per_row, first) = (surface.row_height_m() / half_m, centre_z / half_m);
+        let (_, slope) = self.shape.line();
         rows.clear();
         for row in (window.first_row..window.end_row()).step_by(LANES) {
             let up = counted(simd, row as f32) * per_row - first;
             let ahead = up * (self.shape.up - up * self.shape.around);
-            rows.push(RimRow { up2: (up * up).into(), ahead: ahead.into() });
+            rows.push(RimRow { fallen: (up * up * slope).into(), ahead: ahead.into() });
         }
     }
 
@@ -161,25 +168,6 @@ impl Rim<'_> {
 pub(super) struct RimScratch {
     rows: Vec<RimRow>,
     bands: Vec<Band>,
-    area: KnownArea,
-}
-
-/// [`RimShape::area`] as it was reckoned last: it stays the same while a tool is held, and while it slides at full speed.
-#[derive(Clone, Copy, Debug, Default)]
-struct KnownArea {
-    end: f32,
-    width: f32,
-    area: f32,
-}
-
-impl KnownArea {
-    #[inline(always)]
-    fn of(&mut self, shape: &RimShape) -> f32 {
-        if (self.end, self.width) != (shape.end, shape.width) {
-            *self = Self { end: shape.end, width: shape.width, area: shape.area() };
-        }
-        self.area
-    }
 }
 
 impl RimScratch {
@@ -188,7 +176,6 @@ impl RimScratch {
         Self {
             rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
             bands: Vec::with_capacity(shape.columns() as usize),
-            area: KnownArea::default(),
         }
     }
 }
@@ -223,25 +210,25 @@ struct Band {
     to: usize,
 }
 
-/// Eight rows of a rim: the square of their height over the half axis, and what they add to the rim's weight.
+/// Eight rows of a rim: how far the line of its [`Kernel`] has fallen up to their height, and what they add to the rim's weight.
 #[derive(Clone, Copy, Debug)]
 struct RimRow {
-    up2: Eight,
+    fallen: Eight,
     ahead: Eight,
 }
 
-/// κ as `(Q − q²)/((a·q² + b)·q² + c)`, with the height of the crest in a, b and c.
+/// κ of a column as `s²·(blunt + sharp·s²)`, s a line in the square of the height, with the height of the crest in both factors.
 struct Kernel {
-    end: f32,
-    square: f32,
-    linear: f32,
-    constant: f32,
+    start: f32,
+    slope: f32,
+    blunt_m: f32,
+    sharp_m: f32,
 }
 
 impl Kernel {
     fn new(shape: &RimShape, crest_m: f32) -> Self {
-        let narrow2 = 1.0 / (shape.width * shape.width * crest_m);
-        Self { end: shape.end, square: narrow2, linear: -2.0 * narrow2, constant: narrow2 + 1.0 / crest_m }
+        let (start, slope) = shape.line();
+        Self { start, slope, blunt_m: (1.0 - shape.slides) * crest_m, sharp_m: shape.slides * crest_m }
     }
 
     /// Writes the band of a column that begins with it.
@@ -249,19 +236,22 @@ impl Kernel {
     fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
         let &Band { arc, from, under, above, to } = band;
         let arc2 = arc * arc;
+        let line = self.start - arc2 * self.slope;
         let beside = 1.0 + shape.along * arc + shape.around * arc2;
         if arc2 >= 1.0 {
             return fill(
                 &rows[from..to],
                 column,
                 #[inline(always)]
-                |row| self.raised(simd, row, arc2, beside),
+                |row| self.raised(simd, row, self.line(simd, row, line), beside),
             );
         }
         // the grid may end within the last chunk
         let within = |chunk: usize| ((chunk - from) * LANES).min(column.len());
         let hole = within(under)..within(above);
         column[hole].fill(0.0);
+        let at_begin = self.start - Rim::BEGIN * self.slope;
+        let by_line = 1.0 / ((1.0 - Rim::BEGIN) * self.slope);
         for (begin, end) in [(from, under), (above, to)] {
             let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
             fill(
@@ -269,21 +259,28 @@ impl Kernel {
                 column,
                 #[inline(always)]
                 |row| {
-                    let within = (row.up2.on(simd) + (arc2 - Rim::BEGIN)) * (1.0 / (1.0 - Rim::BEGIN));
-                    let within = within.max(splat(simd, 0.0)).min(splat(simd, 1.0));
-                    self.raised(simd, row, arc2, beside) * within
+                    let line = self.line(simd, row, line);
+                    let begun = (splat(simd, at_begin) - line) * by_line;
+                    let begun = begun.max(splat(simd, 0.0)).min(splat(simd, 1.0));
+                    self.raised(simd, row, line, beside) * begun
                 },
             );
         }
     }
 
+    /// The line in eight rows of a column, in the middle of which it is `middle`.
+    #[inline(always)]
+    fn line<S: Simd>(&self, simd: S, row: &RimRow, middle: f32) -> f32x8<S> {
+        splat(simd, middle) - row.fallen.on(simd)
+    }
+
     /// By how much eight rows rise beyond where the rim has begun, m.
     #[inline(always)]
-    fn raised<S: Simd>(&self, simd: S, row: &RimRow, arc2: f32, beside: f32) -> f32x8<S> {
+    fn raised<S: Simd>(&self, simd: S, row: &RimRow, line: f32x8<S>, beside: f32) -> f32x8<S> {
         let zero = splat(simd, 0.0);
-        let q2 = row.up2.on(simd) + arc2;
-        let kernel = (splat(simd, self.end) - q2).max(zero) / ((q2 * self.square + self.linear) * q2 + self.constant);
-        kernel * (row.ahead.on(simd) + beside).max(zero)
+        let line = line.max(zero);
+        let square = line * line;
+        square * (square * self.sharp_m + self.blunt_m) * (row.ahead.on(simd) + beside).max(zero)
     }
 }
 

@@ -127,7 +127,7 @@ fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -
 
 impl StrokeFigures {
     /// Weight of the force.
-    const FORCE: f64 = 0.3;
+    const FORCE: f64 = 0.4;
 
     /// Error of the radial force over the reference's; positive is too hard.
     #[must_use]
