@@ -21,6 +21,8 @@ use crate::sound::Rub;
 
 /// Ticks in which a tool in the air has not moved, nor the clay, before that counts as nothing to be felt.
 const STILL_TICKS: u32 = 500;
+/// Ticks between two samples of a tool that rests so: half of those after which a wheel shows it to nobody any more.
+const RESTING_TICKS: i64 = 250;
 /// Longest time that the histograms tell apart, ns: a second.
 const NS_MAX: u64 = 1_000_000_000;
 /// Own samples replayed on a patch in one tick, besides the tick's own.
@@ -51,6 +53,9 @@ pub struct HapticLoop {
     is_empty: bool,
     /// Ticks for which the tool has been where it is, in the air, while the clay stood still.
     still_ticks: u32,
+    /// The sample that was sent last, while a tool is in the hand, and what a tool that rests would have sent since.
+    sent_at: Option<Tick>,
+    withheld: Option<ToolSample>,
     felt: Felt,
     force_mn: Histogram<u64>,
 }
@@ -119,6 +124,8 @@ impl HapticLoop {
             last_turn: 0,
             is_empty: false,
             still_ticks: 0,
+            sent_at: None,
+            withheld: None,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
         }
@@ -233,7 +240,13 @@ impl HapticLoop {
     fn let_go(&mut self) {
         self.hand.put_down();
         self.felt = Felt::default();
+        self.put_away();
+    }
+
+    /// Forgets where the tool was, which is not there any more.
+    const fn put_away(&mut self) {
         (self.last_centre, self.still_ticks) = (None, 0);
+        (self.sent_at, self.withheld) = (None, None);
     }
 
     /// Gives the force, unless the person wants none.
@@ -257,7 +270,7 @@ impl HapticLoop {
 
     /// What is felt of the clay by a tool that presses nothing.
     fn point(&mut self, tick: Tick, grip: Grip, centre: Position) -> Felt {
-        (self.last_centre, self.still_ticks) = (None, 0);
+        self.put_away();
         let (force_n, elements) = self.feel(tick, grip, centre);
         Felt { force_n, elements, rub: Rub::default() }
     }
@@ -277,16 +290,43 @@ impl HapticLoop {
         (Some(wet).filter(|_| self.hand.method() == MethodKind::Plastic), wet)
     }
 
+    /// Sends a sample on its way and presses it; nothing when it cannot be sent.
+    fn send(&mut self, sample: &ToolSample) -> Option<Contact> {
+        if self.side.samples.push(*sample).is_err() {
+            self.side.status.note_lost_sample();
+            return None;
+        }
+        self.sent_at = Some(sample.tick);
+        Some(self.hand.press(sample))
+    }
+
+    /// What a sample meets, which is sent and pressed. Of a tool that rests, few are: the last of the others goes out before
+    /// the first that tells something else, which so goes on from there.
+    fn meet(&mut self, sample: &ToolSample) -> Option<Contact> {
+        if self.still_ticks >= STILL_TICKS && self.last_centre == Some(sample.centre) {
+            let contact = self.hand.feel(sample);
+            if contact.elements == 0 {
+                let is_soon = self.sent_at.is_some_and(|sent_at| sample.tick.since(sent_at) < RESTING_TICKS);
+                self.withheld = is_soon.then_some(*sample);
+                if is_soon {
+                    return Some(contact);
+                }
+            }
+        }
+        if let Some(withheld) = self.withheld.take() {
+            self.send(&withheld)?;
+        }
+        self.send(sample)
+    }
+
     /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
     fn press(&mut self, tick: Tick, grip: Grip, centre: Position, dt: Seconds) -> Felt {
         let sample = self.sample(tick, grip, centre);
         let centre = sample.centre;
-        if self.side.samples.push(sample).is_err() {
-            self.side.status.note_lost_sample();
+        let Some(Contact { force_n, elements, penetration_m, .. }) = self.meet(&sample) else {
             self.haptics.rest();
             return Felt::default();
-        }
-        let Contact { force_n, elements, penetration_m, .. } = self.hand.press(&sample);
+        };
         let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
         let last_centre = self.last_centre.replace(centre);

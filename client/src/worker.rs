@@ -34,6 +34,8 @@ const FETCH_EVERY: Duration = Duration::from_millis(5);
 const FETCHES_PER_SEND: u32 = 2;
 /// Fetches between two looks at the round trip.
 const FETCHES_PER_LOOK: u32 = 20;
+/// Fetches without a sample after which the hand rests, and only those are left that samples are sent with.
+const FETCHES_OF_REST: u32 = 10;
 /// A rebase is followed by at least this many times its own length without one.
 const REBASE_REST: u32 = 4;
 /// Time in which the last presses are confirmed before leaving.
@@ -188,7 +190,7 @@ impl Worker {
     async fn work(&mut self) -> Link {
         let mut fetch = tokio::time::interval(FETCH_EVERY);
         fetch.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut fetches = 0_u32;
+        let (mut fetches, mut empty) = (0_u32, 0_u32);
         let mut leaving: Option<Instant> = None;
         loop {
             tokio::select! {
@@ -196,14 +198,18 @@ impl Worker {
                 biased;
                 _ = fetch.tick() => {
                     fetches = fetches.wrapping_add(1);
-                    self.fetch_samples();
+                    empty = if self.fetch_samples() { 0 } else { empty.saturating_add(1) };
+                    if fetches.is_multiple_of(FETCHES_PER_LOOK) {
+                        self.report.round_trip_us.saturating_record(self.connection.rtt().as_micros() as u64);
+                    }
                     if fetches.is_multiple_of(FETCHES_PER_SEND) {
                         let now = self.epoch.elapsed();
                         self.guiding.pass(&mut self.session, &self.side, &self.view, now);
                         self.send_samples();
-                    }
-                    if fetches.is_multiple_of(FETCHES_PER_LOOK) {
-                        self.report.round_trip_us.saturating_record(self.connection.rtt().as_micros() as u64);
+                        if empty >= FETCHES_OF_REST {
+                            fetches = fetches.wrapping_add(FETCHES_PER_SEND - 1);
+                            fetch.reset_after(FETCH_EVERY * FETCHES_PER_SEND);
+                        }
                     }
                 }
                 datagram = self.connection.read_datagram() => match datagram {
@@ -271,11 +277,15 @@ impl Worker {
         }
     }
 
-    fn fetch_samples(&mut self) {
+    /// Whether there was one.
+    fn fetch_samples(&mut self) -> bool {
+        let mut is_any = false;
         while let Some(sample) = self.side.next_sample() {
             self.session.handle_sample(sample);
             self.record(sample);
+            is_any = true;
         }
+        is_any
     }
 
     fn record(&mut self, sample: ToolSample) {

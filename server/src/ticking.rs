@@ -23,10 +23,10 @@ use crate::{Figures, InputCounts, Standing};
 /// How often the room is advanced; each time by all milliseconds that have passed.
 const WAKE_EVERY: Duration = Duration::from_millis(2);
 /// The same while nobody has said anything for a while, and while nobody is connected.
-const QUIET_EVERY: Duration = Duration::from_millis(8);
+const QUIET_EVERY: Duration = Duration::from_millis(12);
 const REST_EVERY: Duration = Duration::from_millis(50);
-/// How long nobody has said anything then.
-const QUIET_AFTER: Duration = Duration::from_secs(1);
+/// How long nobody has said anything then: a hand that moves says something every ten milliseconds.
+const QUIET_AFTER: Duration = Duration::from_millis(20);
 /// Falling behind by more than this is counted: a snapshot's period.
 const LATE_TICKS: u64 = 17;
 /// Ticks between two looks at what the lines lose.

@@ -304,6 +304,35 @@ fn first_contact_of_a_hand_that_rested_is_felt_as_that_of_one_that_did_not() {
 }
 
 #[test]
+fn a_tool_that_rests_is_told_of_four_times_a_second_and_goes_on_from_where_it_rested() {
+    for every in [1, HapticLoop::IDLE_TICKS] {
+        let mut bench = Bench::at_clay(STRONG, Conditions::default(), Stages::EXACT);
+        let rest_m = Vec3::new(PotSpec::default().radius.0 + Sphere::default().radius().0 + 1e-3, 0.0, 0.1);
+        let mut told = Vec::new();
+        while bench.local < 2003 {
+            if bench.hand.is_idle() {
+                bench.local += every - 1;
+            }
+            bench.tick(Some(rest_m));
+            told.extend(std::iter::from_fn(|| bench.net.next_sample()));
+        }
+        assert!(told.windows(2).all(|two| two[1].tick.since(two[0].tick) <= 253), "it falls silent");
+        let rests = told.iter().filter(|sample| (1001..=2000).contains(&sample.tick.0)).count();
+        assert!((3..=4).contains(&rests), "{rests} samples in a second");
+
+        let last = *told.last().unwrap();
+        bench.local += every - 1;
+        bench.tick(Some(rest_m - Vec3::X * 2e-3));
+        let [rested, moved] = [0; 2].map(|_| bench.net.next_sample().unwrap());
+        assert!(rested.centre == last.centre && moved.centre != last.centre && moved.follows(&rested), "{moved:?}");
+        assert!(bench.net.next_sample().is_none() && bench.hand.hand().field().pot().digest() != 0);
+        // and from then on it tells of every tick
+        bench.tick(Some(rest_m - Vec3::X * 2e-3));
+        assert!(bench.net.next_sample().is_some_and(|sample| sample.follows(&moved)));
+    }
+}
+
+#[test]
 fn what_the_hand_pressed_is_what_it_sends() {
     for (method, stages) in [(MethodKind::Improved, Stages::EXACT), (MethodKind::Plastic, Stages::WHOLE)] {
         let mut bench = Bench::with_stages(STRONG, method, stages);

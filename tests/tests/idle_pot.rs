@@ -8,7 +8,7 @@ use glam::Vec3;
 use pottery_shared::clay::{
     Contact, Footprint, Material, Method, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface,
 };
-use pottery_shared::protocol::{self, FrameReader, Pulse};
+use pottery_shared::protocol::{self, FrameReader, Inputs, Pulse, Run, ShapeWire, Steps, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::Client;
 use pottery_shared::snapshot::{Author, Moment, Touched, Version};
@@ -60,10 +60,9 @@ fn tool_in_the_air_touches_no_element() {
     assert_eq!(asked_in_a_second(&[beside, above]), 2000);
 }
 
-/// Somebody sits at a turning wheel and does nothing: pulses go on, after half a second a quarter as many, and nothing of the clay is in them.
-#[test]
-fn room_sends_nothing_of_a_pot_that_nobody_touches() {
-    let mut room = Room::new(RoomConfig {
+/// A wheel that turns, with nobody at it.
+fn wheel() -> Room {
+    Room::new(RoomConfig {
         code: "CLAY".into(),
         wheels: 1,
         people_max: 8,
@@ -72,27 +71,81 @@ fn room_sends_nothing_of_a_pot_that_nobody_touches() {
         wheel_speed: Rpm(60.0),
         clay: Material::default(),
     })
-    .unwrap();
+    .unwrap()
+}
+
+fn sit_down(room: &mut Room, peer: PeerId) {
     let mut reader = FrameReader::default();
     reader.push(&Client::greeting("CLAY", 1, true));
-    room.handle_control(PeerId(0), &reader.next_frame().unwrap().unwrap());
-    let before = room.digest(0).unwrap();
-    let mut pulses = 0;
-    for tick in 0..2500 {
-        room.advance(Tick(tick));
-        while let Some(transmit) = room.poll_transmit() {
-            match transmit.lane {
-                Lane::Datagram(bytes) => {
-                    let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
-                    assert_eq!((pulse.body.latest, pulse.body.fragments.len()), (0, 0), "tick {tick}");
-                    pulses += 1;
-                }
-                Lane::Keyframe(_) => unreachable!("a keyframe at tick {tick} that nobody asked for"),
-                Lane::Control(_) | Lane::Close => {}
+    room.handle_control(peer, &reader.next_frame().unwrap().unwrap());
+}
+
+/// The pulses to one of the people since the last time.
+fn pulses(room: &mut Room, of: PeerId) -> Vec<Pulse> {
+    let mut pulses = Vec::new();
+    while let Some(transmit) = room.poll_transmit() {
+        match transmit.lane {
+            Lane::Datagram(bytes) if transmit.to == of => {
+                let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+                assert_eq!((pulse.body.latest, pulse.body.fragments.len()), (0, 0), "{pulse:?}");
+                pulses.push(pulse);
             }
+            Lane::Keyframe(_) => unreachable!("a keyframe that nobody asked for"),
+            Lane::Datagram(_) | Lane::Control(_) | Lane::Close => {}
         }
     }
+    pulses
+}
+
+/// Somebody sits at a turning wheel and does nothing: pulses go on, after half a second a quarter as many, and nothing of the clay is in them.
+#[test]
+fn room_sends_nothing_of_a_pot_that_nobody_touches() {
+    let mut room = wheel();
+    sit_down(&mut room, PeerId(0));
+    let before = room.digest(0).unwrap();
+    let mut count = 0;
+    for tick in 0..2500 {
+        room.advance(Tick(tick));
+        count += pulses(&mut room, PeerId(0)).len();
+    }
     // thirty and some, and then fifteen a second
-    assert!((58..=64).contains(&pulses), "{pulses} pulses in two seconds and a half");
+    assert!((58..=64).contains(&count), "{count} pulses in two seconds and a half");
     assert_eq!(room.digest(0), Some(before));
+}
+
+/// A tool that rests in the air says so four times a second: others go on seeing it, and are told as rarely as of nothing. Where it
+/// moves, they are told with every pulse from the first on.
+#[test]
+fn tool_that_rests_is_seen_and_costs_as_little_as_none() {
+    let mut room = wheel();
+    for peer in [PeerId(0), PeerId(1)] {
+        sit_down(&mut room, peer);
+    }
+    let mut counts = [0; 4];
+    for tick in 0..4000_u64 {
+        let has_moved = tick >= 3000;
+        if has_moved || tick.is_multiple_of(250) {
+            let place = [10_000, if has_moved { (tick - 2999) as i32 } else { 0 }, 10_000];
+            let run = Run {
+                first_tick: tick + 6,
+                tool: ShapeWire::Sphere { radius_um: Sphere::default().micrometres() },
+                inside: false,
+                start: place,
+                steps: Steps::default(),
+                turns: Steps::default(),
+            };
+            let number = if has_moved { 12 + tick - 3000 } else { tick / 250 } as u32;
+            let inputs = Inputs { first: number, runs: vec![run], rests: false };
+            let upload = Upload { inputs, hand: None, again: None };
+            room.handle_datagram(PeerId(1), &protocol::encode(&upload));
+        }
+        room.advance(Tick(tick));
+        for pulse in pulses(&mut room, PeerId(0)) {
+            let tools = pulse.body.tools.unwrap();
+            assert!(tick < 20 || tools.len() == 1, "tick {tick}: {tools:?}");
+            counts[(tick / 1000) as usize] += 1;
+        }
+    }
+    let [_, one, two, moving] = counts;
+    assert!((14..=16).contains(&one) && (14..=16).contains(&two) && moving >= 59, "{counts:?}");
 }

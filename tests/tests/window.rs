@@ -110,8 +110,12 @@ fn a_newcomer_is_shown_the_lesson_until_it_is_skipped() {
     const SKIP: (usize, usize) = (705, 650);
     let display = Display::of_newcomer();
     let studio = open(&display);
-    let is_lesson =
-        |pixels: &[u8]| colour(pixels, [SKIP.0 + 60, SKIP.1 - 4, 200, 10]).iter().all(|value| *value < 45.0);
+    // dark beside the button, as an empty display is too, and light letters on it
+    let is_lesson = |pixels: &[u8]| {
+        let is_dark = colour(pixels, [SKIP.0 + 60, SKIP.1 - 4, 200, 10]).iter().all(|value| *value < 45.0);
+        let is_lit = |x: usize| colour(pixels, [x, SKIP.1 - 6, 1, 12]).iter().any(|value| *value > 80.0);
+        is_dark && (SKIP.0 - 16..SKIP.0 + 16).any(is_lit)
+    };
     until(&display, "the lesson", is_lesson);
     display.run("xdotool", &["mousemove", &SKIP.0.to_string(), &SKIP.1.to_string()]);
     std::thread::sleep(Duration::from_millis(500));

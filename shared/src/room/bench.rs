@@ -108,6 +108,9 @@ pub(super) struct Bench {
     pulses: u64,
     /// The pulse with which the latest one went out.
     news_at: u64,
+    /// The tools as they were told last, and the pulse since which they are there.
+    told_tools: Vec<ToolWire>,
+    moved_at: u64,
     clock: SnapshotClock,
     /// The tick of the last snapshot.
     snapshot_tick: Tick,
@@ -168,6 +171,8 @@ impl Bench {
             ways: VecDeque::new(),
             pulses: 0,
             news_at: 0,
+            told_tools: Vec::new(),
+            moved_at: 0,
             clock,
             snapshot_tick: Tick(0),
             pressers: Pressers::Nobody,

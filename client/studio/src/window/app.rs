@@ -4,13 +4,14 @@
 //! Invariant: nothing is drawn while nothing changes.
 
 mod input;
+mod shown;
 mod timing;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use pottery_client::device::{Monitor, Pointer};
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{Camera, Scene, ToolView, Water};
@@ -25,6 +26,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::WindowId;
 
+use self::shown::Shown;
 use self::timing::Timing;
 use super::depth::to_clay_m;
 use super::files::Files;
@@ -148,7 +150,7 @@ pub(super) struct App {
     /// A look was asked for that need not come to a picture.
     only_looks: bool,
     timing: Timing,
-    drawn_tool_m: Option<Vec3>,
+    shown: Shown,
     fingers: Fingers,
     is_dirty: bool,
     /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
@@ -254,7 +256,7 @@ impl App {
             figures_at: Instant::now(),
             only_looks: false,
             timing: Timing::default(),
-            drawn_tool_m: None,
+            shown: Shown::default(),
             fingers: Fingers::default(),
             is_dirty: true,
             settings,
@@ -382,8 +384,8 @@ impl App {
                 (hand.tool.orientation.at(centre_m), colour(hand.tool.client).map(|part| 0.5 + 0.5 * part));
             tools.push(ToolView { tool: hand.tool.tool, turn, centre_m, colour, touching: false, clay_m: None });
         }
-        self.drawn_tool_m = status.tool_m();
-        if let Some(centre_m) = self.drawn_tool_m {
+        self.shown.draw(status.tool_m(), &view);
+        if let Some(centre_m) = self.shown.own_m {
             let holding = &self.panel.holding;
             // a teacher who has taken over presses with another tool than the own one
             let taken = view.guidance.pair.is_some_and(|pair| pair.student == own).then(|| status.grip()).flatten();
@@ -414,7 +416,7 @@ impl App {
         }
         self.panel.side = self.hand.side();
         if let Some(lesson) = &mut self.panel.lesson {
-            let height_m = self.drawn_tool_m.map_or(0.0, |tool_m| tool_m.z);
+            let height_m = self.shown.own_m.map_or(0.0, |tool_m| tool_m.z);
             let (rpm, is_touching, side) = (self.panel.rpm, self.panel.is_touching, self.panel.side);
             self.is_dirty |= lesson.pass(seconds, &Seen { rpm, is_touching, side, height_m });
         }
@@ -536,7 +538,7 @@ impl App {
         if has_cause || panel != self.drawn_panel || water != self.drawn_water || stage.is_coarse() {
             stage.draw(&Picture::Pot(&scene), shapes, pace)?;
             (self.drawn_panel, self.drawn_water) = (panel, water);
-            self.timing.drawn(self.drawn_tool_m);
+            self.timing.drawn(self.shown.own_m);
         } else {
             stage.leave(shapes);
         }
@@ -574,9 +576,8 @@ impl App {
         self.is_dirty
             || !view.changed.is_empty()
             || view.conditions.phase(self.potter.tick()) != self.drawn_phase
-            || view.tools.iter().any(|tool| tool.client != view.number)
             || view.guidance.pair.is_some()
-            || self.potter.status().tool_m() != self.drawn_tool_m
+            || self.shown.is_elsewhere(self.potter.status().tool_m(), &view)
     }
 }
 

@@ -22,8 +22,8 @@ const LAST_WORDS_RETOLD: core::ops::RangeInclusive<u64> = 2..=9;
 const LAST_WAYS: usize = 20;
 /// Pulses of which one goes out over a line that is full, and of those that tell nothing.
 const RARELY: u64 = 4;
-/// Pulses after the last that had something to tell, from which on those that tell nothing go out rarely: half a second, in which all last
-/// words are said.
+/// Pulses after the last that had something to tell, and of a tool that is elsewhere, from which on those that tell nothing go out
+/// rarely: half a second, in which all last words are said.
 const QUIET_AFTER: u64 = 30;
 /// Pulses between two digests, about a quarter of a second: of those that go out over any line.
 const DIGEST_EVERY: u64 = 16;
@@ -48,7 +48,10 @@ impl Bench {
         let pulse = self.pulses;
         let digest = pulse.is_multiple_of(DIGEST_EVERY).then(|| self.author.digest());
         self.pulses += 1;
-        let is_quiet = pulse - self.news_at > QUIET_AFTER && tools.is_empty();
+        if tools != self.told_tools {
+            (self.moved_at, self.told_tools) = (pulse, tools.clone());
+        }
+        let is_quiet = pulse - self.news_at.max(self.moved_at) > QUIET_AFTER;
         let first =
             Body { tick: tick.0, latest: self.author.latest().0, digest, tools: Some(tools), fragments: Vec::new() };
         let longest = self.datagram_bytes();

@@ -120,7 +120,7 @@ impl App {
         self.point();
         // the hand's thread hears of it now, and what it makes of it is in the next picture
         self.guide(0.0);
-        self.timing.moved(self.drawn_tool_m);
+        self.timing.moved(self.shown.own_m);
     }
 
     /// Points the hand where the pointer is, unless that is over the panel; whether it pointed elsewhere.
