@@ -8,6 +8,7 @@ use std::fs;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use pottery_client::Link;
 use pottery_client::pot_file::PotFile;
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::units::Tick;
@@ -199,6 +200,26 @@ fn clay(pixels: &[u8]) -> (usize, f64) {
     let wide = filled.get(filled.len() / 2).copied().unwrap_or(1);
     let even = filled.iter().filter(|count| count.abs_diff(wide) <= wide / 50).count();
     (rows.iter().sum(), even as f64 / filled.len().max(1) as f64)
+}
+
+#[test]
+fn what_a_camera_reads_is_the_link_to_the_studio() {
+    let display = Display::new();
+    let (studio, window) = display.studio_with_controls(&["--listen", "127.0.0.1:0", "--mute"]);
+    window.press("Code for a camera");
+    // a reader that another project wrote looks at the whole window
+    let read = |pixels: &[u8]| {
+        let luma = |x: usize, y: usize| pixels[(y * SIZE.0 + x) * 3 + 1];
+        let mut picture = rqrr::PreparedImage::prepare_from_greyscale(SIZE.0, SIZE.1, luma);
+        let codes = picture.detect_grids();
+        codes.first().and_then(|code| code.decode().ok()).map(|(_, text)| text)
+    };
+    until(&display, "a code that can be read", |pixels| read(pixels).is_some());
+    let link: Link = read(&display.pixels()).unwrap().parse().unwrap();
+    let address = format!("address  {}", link.0.address);
+    assert_eq!(window.says("address  "), Some(address));
+    assert!(window.says(&link.0.code.to_string()).is_some(), "{} is not shown", link.0.code);
+    close(&display, studio);
 }
 
 #[test]
