@@ -14,6 +14,8 @@ use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 const STEPS: usize = 4000;
+/// Times that the same steps are done: they are the same work each time, so that what differs is the machine's doing.
+const RUNS: usize = 5;
 /// Grid, tool and depth: a fingertip, the standard case, three hundred and a thousand elements in contact, a fist, the finest grid.
 const CASES: [([u32; 2], f32, f32); 6] = [
     ([360, 400], 6.0, 1.0),
@@ -26,7 +28,15 @@ const CASES: [([u32; 2], f32, f32); 6] = [
 
 fn main() {
     println!("Times in µs: of a step with the vectors of this machine, with the narrowest, and of a snapshot.");
-    println!("method   grid      tool_mm depth_mm elements    p50    p99  p99.9  narrow_p50 publish_p50 bytes_p50");
+    println!(
+        "p50, p99 and p99.9 are of all steps of {RUNS} runs. own_p99.9 takes of each step the median of the runs, which leaves out what"
+    );
+    println!(
+        "interrupted one of them; loop_p99.9 is a loop as long as p50 that only counts, and so nothing but interruptions."
+    );
+    println!(
+        "method   grid      tool_mm depth_mm elements    p50    p99  p99.9 own_p99.9 loop_p99.9  narrow_p50 publish_p50 bytes_p50"
+    );
     for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
         for case in CASES {
             run(method, case);
@@ -36,23 +46,49 @@ fn main() {
 
 fn run(method: MethodKind, case: ([u32; 2], f32, f32)) {
     let ([columns, rows], tool_mm, depth_mm) = case;
-    let widest = steps(method, case, Vectors::default());
-    let narrow = steps(method, case, Vectors::baseline());
+    let runs: Vec<Measured> = (0..RUNS).map(|_| steps(method, case, Vectors::default())).collect();
+    let all_us = sorted(runs.iter().flat_map(|run| run.steps_us.iter().copied()));
+    let own_us = sorted((0..STEPS).map(|step| quantile(&sorted(runs.iter().map(|run| run.steps_us[step])), 0.5)));
+    let narrow_us = sorted(steps(method, case, Vectors::baseline()).steps_us.into_iter());
+    let loop_us = counting(quantile(&all_us, 0.5));
+    let Measured { publishes_us, bytes, elements, .. } = &runs[0];
     println!(
-        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {:>8} {:>6.1} {:>6.1} {:>6.1} {:>11.1} {:>11.0} {:>9.0}",
+        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {:>6.1} {:>6.1} {:>6.1} {:>9.1} {:>10.1} {:>11.1} {:>11.0} {:>9.0}",
         format!("{method:?}"),
         format!("{columns}x{rows}"),
-        widest.elements,
-        quantile(&widest.steps_us, 0.5),
-        quantile(&widest.steps_us, 0.99),
-        quantile(&widest.steps_us, 0.999),
-        quantile(&narrow.steps_us, 0.5),
-        quantile(&widest.publishes_us, 0.5),
-        quantile(&widest.bytes, 0.5),
+        quantile(&all_us, 0.5),
+        quantile(&all_us, 0.99),
+        quantile(&all_us, 0.999),
+        quantile(&own_us, 0.999),
+        quantile(&loop_us, 0.999),
+        quantile(&narrow_us, 0.5),
+        quantile(publishes_us, 0.5),
+        quantile(bytes, 0.5),
     );
 }
 
-/// What was measured, sorted.
+/// Times of as many loops that do nothing but count, each about as long as asked for, µs.
+fn counting(long_us: f64) -> Vec<f64> {
+    let timed = |counts: u64| {
+        let begin = Instant::now();
+        let mut sum = 0_u64;
+        for count in 0..counts {
+            sum = black_box(sum + count);
+        }
+        begin.elapsed().as_secs_f64() * 1e6
+    };
+    let many_us = quantile(&sorted((0..101).map(|_| timed(100_000))), 0.5);
+    let counts = (long_us / many_us * 1e5) as u64;
+    sorted((0..STEPS * RUNS).map(|_| timed(counts)))
+}
+
+fn sorted(figures: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut figures: Vec<f64> = figures.collect();
+    figures.sort_by(f64::total_cmp);
+    figures
+}
+
+/// What was measured: the steps in their order, the rest sorted.
 struct Measured {
     steps_us: Vec<f64>,
     publishes_us: Vec<f64>,
@@ -94,7 +130,7 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
             bytes.push(delta.map_or(0.0, |delta| delta.bytes.len() as f64));
         }
     }
-    for measured in [&mut steps_us, &mut publishes_us, &mut bytes] {
+    for measured in [&mut publishes_us, &mut bytes] {
         measured.sort_by(f64::total_cmp);
     }
     Measured { steps_us, publishes_us, bytes, elements }

@@ -3,12 +3,14 @@
 //! Owns the law of the clay under a tool; the collision is shared with the published methods, the rim's shape is `rim`'s.
 //! Invariant: a tool held still sinks no deeper than where the clay carries it, and no element that yields rises.
 
+use alloc::vec::Vec;
+
 use glam::Vec3;
 
 use super::bending::POISSON;
 use super::contact::{Chunk, Column, Contacts, Stretch};
 use super::ellipse::{Ellipse, Moments, Step};
-use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
+use super::lanes::{Eight, Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
 use super::series::{Asked, GivenWay, Hinge};
@@ -118,12 +120,12 @@ impl PlasticCsem {
             Some(round) => apart(
                 simd,
                 #[inline(always)]
-                || yields(simd, press, &spot, contacts, round, &mut scratch.pushes),
+                || yields(simd, press, &spot, contacts, round, (&mut scratch.pushes, &mut scratch.carried)),
             ),
             None => apart(
                 simd,
                 #[inline(always)]
-                || yields(simd, press, &spot, contacts, &Faceted, &mut scratch.pushes),
+                || yields(simd, press, &spot, contacts, &Faceted, (&mut scratch.pushes, &mut scratch.carried)),
             ),
         };
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
@@ -525,7 +527,8 @@ struct Carried<S: Simd> {
     dent: Moments<S>,
 }
 
-/// Splits what a tool presses into what springs back and what yields, which goes to the first of `pushes`.
+/// Splits what a tool presses into what springs back and what yields, which goes to the first of `pushes`; the other room is for
+/// what the elements of a column carry, each its area over its angle and height times the share of the pressure, m.
 #[inline(always)]
 fn yields<S: Simd>(
     simd: S,
@@ -533,7 +536,7 @@ fn yields<S: Simd>(
     spot: &Spot,
     contacts: &Contacts,
     face: &impl Face,
-    pushes: &mut alloc::vec::Vec<Push>,
+    (pushes, carried): (&mut Vec<Push>, &mut Vec<Eight>),
 ) -> Carried<S> {
     let mut dent = Moments::new(simd);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
@@ -550,21 +553,25 @@ fn yields<S: Simd>(
         let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
         rest = others;
         // three short loops: the figures of one long one would not fit into the registers of a small processor
-        for ((chunk, above), push) in stretch.iter().zip(&mut *pushes) {
+        if carried.len() < pushes.len() {
+            carried.resize(pushes.len(), Eight::ZERO);
+        }
+        let carried = &mut carried[..pushes.len()];
+        for (((chunk, above), push), carried) in stretch.iter().zip(&mut *pushes).zip(&mut *carried) {
             let (depth, radius) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd));
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above.on(simd));
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
-            let carried = part.min(one) * shape * (radius - depth * outwards);
+            *carried = (part.min(one) * shape * (radius - depth * outwards)).into();
             let rising = (one - part).max(zero);
             let delta = (depth - elastic).max(zero) * response;
-            *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
+            *push = Push { delta_m: delta.into(), rising: rising.into() };
         }
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        for (number, ((chunk, above), push)) in stretch.iter().zip(&*pushes).enumerate() {
+        for (number, ((chunk, above), carried)) in stretch.iter().zip(&*carried).enumerate() {
             let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above.on(simd));
-            let carried = push.carried.on(simd);
+            let carried = carried.on(simd);
             let slope = carried / ahead;
             ahead_sum += carried;
             aside_sum += slope * aside;
