@@ -53,7 +53,7 @@ pub(super) fn page(figures: &Figures) -> String {
         }
     }
     line(format_args!(
-        "\nGrids: twice as many elements each way cost three to four times as much a step. Take the coarsest whose elements are a \
+        "\nGrids: twice as many elements each way cost two to three times as much a step. Take the coarsest whose elements are a \
          third of the smallest tool's contact; finer ones change the picture and hardly the dent."
     ));
     for (file, _) in pictures::ALL {
