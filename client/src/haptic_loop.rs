@@ -54,7 +54,7 @@ pub struct HapticLoop {
     /// Ticks for which the tool has been where it is, in the air, while the clay stood still.
     still_ticks: u32,
     /// The sample that was sent last, while a tool is in the hand, and what a tool that rests would have sent since.
-    sent_at: Option<Tick>,
+    sent: Option<ToolSample>,
     withheld: Option<ToolSample>,
     felt: Felt,
     force_mn: Histogram<u64>,
@@ -124,7 +124,7 @@ impl HapticLoop {
             last_turn: 0,
             is_empty: false,
             still_ticks: 0,
-            sent_at: None,
+            sent: None,
             withheld: None,
             felt: Felt::default(),
             force_mn: histogram(1_000_000),
@@ -246,7 +246,7 @@ impl HapticLoop {
     /// Forgets where the tool was, which is not there any more.
     const fn put_away(&mut self) {
         (self.last_centre, self.still_ticks) = (None, 0);
-        (self.sent_at, self.withheld) = (None, None);
+        (self.sent, self.withheld) = (None, None);
     }
 
     /// Gives the force, unless the person wants none.
@@ -296,17 +296,18 @@ impl HapticLoop {
             self.side.status.note_lost_sample();
             return None;
         }
-        self.sent_at = Some(sample.tick);
+        self.sent = Some(*sample);
         Some(self.hand.press(sample))
     }
 
     /// What a sample meets, which is sent and pressed. Of a tool that rests, few are: the last of the others goes out before
     /// the first that tells something else, which so goes on from there.
     fn meet(&mut self, sample: &ToolSample) -> Option<Contact> {
-        if self.still_ticks >= STILL_TICKS && self.last_centre == Some(sample.centre) {
+        let is_news = |sent: &ToolSample| ToolSample { tick: sent.tick, ..*sample } != *sent;
+        if let Some(sent) = self.sent.filter(|sent| self.still_ticks >= STILL_TICKS && !is_news(sent)) {
             let contact = self.hand.feel(sample);
             if contact.elements == 0 {
-                let is_soon = self.sent_at.is_some_and(|sent_at| sample.tick.since(sent_at) < RESTING_TICKS);
+                let is_soon = sample.tick.since(sent.tick) < RESTING_TICKS;
                 self.withheld = is_soon.then_some(*sample);
                 if is_soon {
                     return Some(contact);

@@ -321,6 +321,17 @@ fn a_tool_that_rests_is_told_of_four_times_a_second_and_goes_on_from_where_it_re
         assert!((3..=4).contains(&rests), "{rests} samples in a second");
 
         let last = *told.last().unwrap();
+        bench.held.lock().unwrap().tool = Sphere::of_micrometres(9_000).unwrap().into();
+        bench.local += every - 1;
+        bench.tick(Some(rest_m));
+        let changed: Vec<_> = std::iter::from_fn(|| bench.net.next_sample()).collect();
+        assert!(changed.iter().any(|sample| sample.tool != last.tool), "another tool is told of at once");
+        bench.held.lock().unwrap().tool = last.tool;
+        bench.tick(Some(rest_m));
+        assert_eq!(bench.net.next_sample().map(|sample| sample.tool), Some(last.tool));
+        bench.tick(Some(rest_m));
+        assert!(bench.net.next_sample().is_none(), "it rests on");
+
         bench.local += every - 1;
         bench.tick(Some(rest_m - Vec3::X * 2e-3));
         let [rested, moved] = [0; 2].map(|_| bench.net.next_sample().unwrap());
