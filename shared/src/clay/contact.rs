@@ -114,8 +114,6 @@ impl<'a> Stretch<'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
     columns: Vec<Column>,
-    /// The first of them that is touched; those before were only looked at.
-    begin: usize,
     chunks: Chunks,
     /// Distance of the tool from the axis, m, and its angle, rad.
     pub(super) distance_m: f32,
@@ -214,7 +212,7 @@ impl Contacts {
 
     /// The columns that are touched, with what is known of them, in order round the pot.
     pub(super) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
-        self.columns().iter().map(|column| Stretch {
+        self.columns.iter().map(|column| Stretch {
             column,
             chunks: &self.chunks.room[column.chunks.clone()],
             above_m: &self.above_m[column.heights..],
@@ -229,7 +227,7 @@ impl Contacts {
 
     /// The columns that are touched, in order round the pot.
     pub(super) fn columns(&self) -> &[Column] {
-        &self.columns[self.begin..]
+        &self.columns
     }
 
     /// Whether the tool is one of facets.
@@ -241,7 +239,7 @@ impl Contacts {
     #[inline(always)]
     pub(super) fn replace<S: Simd>(&mut self, simd: S, penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>) {
         let mut tally = Tally::new(simd);
-        for column in &self.columns[self.begin..] {
+        for column in &self.columns {
             let chunks = &mut self.chunks.room[column.chunks.clone()];
             for (chunk, above) in chunks.iter_mut().zip(&self.above_m[column.heights..]) {
                 let left_m = penetration_m(column, chunk, above.on(simd));
@@ -302,7 +300,6 @@ impl Contacts {
         cutter: Option<&mut Cutter>,
     ) {
         self.columns.clear();
-        self.begin = 0;
         self.chunks.used = 0;
         self.above_m.clear();
         self.facing.clear();
@@ -330,24 +327,21 @@ impl Contacts {
         }
         self.fill_heights(simd, surface, press.centre_m.z);
         self.list_columns(simd, surface, press, &reach);
-        let Self { columns, begin, chunks, above_m, tool_m, .. } = self;
+        let Self { columns, chunks, above_m, tool_m, .. } = self;
         let mut tally = Tally::new(simd);
         let ball = Ball { tool_m: *tool_m, side: press.side, behind_m };
-        let mut end = 0;
+        let mut touched = 0;
         for number in 0..columns.len() {
             let column = &mut columns[number];
             let radii_m = &surface.column_m(column.column)[column.first_row as usize..];
             if ball.find(column, radii_m, &above_m[column.heights..], chunks, &mut tally) {
-                if end == 0 {
-                    (*begin, end) = (number, number);
+                if touched < number {
+                    columns.swap(touched, number);
                 }
-                if end < number {
-                    columns.swap(end, number);
-                }
-                end += 1;
+                touched += 1;
             }
         }
-        columns.truncate(end);
+        columns.truncate(touched);
         self.take(&tally);
     }
 
