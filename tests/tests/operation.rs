@@ -188,6 +188,8 @@ async fn a_folder_that_takes_nothing_is_said_in_a_sentence_for_each_thing_that_i
         .unwrap();
     let mut own = Own::new(child);
     press(&own.target(1), 1.6).await;
+    // a wheel that was left is looked at ten times a second, and what came of writing its pot is seen the next time
+    tokio::time::sleep(Duration::from_millis(500)).await;
     press(&own.target(1), 0.5).await;
     terminate(&mut own.child);
     let mut log = String::new();
