@@ -305,13 +305,15 @@ impl HapticLoop {
     fn meet(&mut self, sample: &ToolSample) -> Option<Contact> {
         let is_news = |sent: &ToolSample| ToolSample { tick: sent.tick, ..*sample } != *sent;
         if let Some(sent) = self.sent.filter(|sent| self.still_ticks >= STILL_TICKS && !is_news(sent)) {
-            let contact = self.hand.feel(sample);
-            if contact.elements == 0 {
-                let is_soon = sample.tick.since(sent.tick) < RESTING_TICKS;
-                self.withheld = is_soon.then_some(*sample);
-                if is_soon {
+            if sample.tick.since(sent.tick) < RESTING_TICKS {
+                let contact = self.hand.feel(sample);
+                if contact.elements == 0 {
+                    self.withheld = Some(*sample);
                     return Some(contact);
                 }
+            } else {
+                // this one says the same
+                self.withheld = None;
             }
         }
         if let Some(withheld) = self.withheld.take() {

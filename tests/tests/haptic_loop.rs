@@ -313,7 +313,7 @@ fn a_tool_that_rests_is_told_of_four_times_a_second_and_goes_on_from_where_it_re
             if bench.hand.is_idle() {
                 bench.local += every - 1;
             }
-            bench.tick(Some(rest_m));
+            assert_eq!(requests(|| _ = bench.tick(Some(rest_m))), 0, "it allocates");
             told.extend(std::iter::from_fn(|| bench.net.next_sample()));
         }
         assert!(told.windows(2).all(|two| two[1].tick.since(two[0].tick) <= 253), "it falls silent");

@@ -3,14 +3,12 @@
 //! Owns the law of the clay under a tool; the collision is shared with the published methods, the rim's shape is `rim`'s.
 //! Invariant: a tool held still sinks no deeper than where the clay carries it, and no element that yields rises.
 
-use alloc::vec::Vec;
-
 use glam::Vec3;
 
 use super::bending::POISSON;
 use super::contact::{Chunk, Column, Contacts, Stretch};
 use super::ellipse::{Ellipse, Moments, Step};
-use super::lanes::{Eight, Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
+use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
 use super::series::{Asked, GivenWay, Hinge};
@@ -120,12 +118,12 @@ impl PlasticCsem {
             Some(round) => apart(
                 simd,
                 #[inline(always)]
-                || yields(simd, press, &spot, contacts, round, (&mut scratch.pushes, &mut scratch.carried)),
+                || yields(simd, press, &spot, contacts, round, &mut scratch.pushes),
             ),
             None => apart(
                 simd,
                 #[inline(always)]
-                || yields(simd, press, &spot, contacts, &Faceted, (&mut scratch.pushes, &mut scratch.carried)),
+                || yields(simd, press, &spot, contacts, &Faceted, &mut scratch.pushes),
             ),
         };
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
@@ -527,8 +525,7 @@ struct Carried<S: Simd> {
     dent: Moments<S>,
 }
 
-/// Splits what a tool presses into what springs back and what yields, which goes to the first of `pushes`; the other room is for
-/// what the elements of a column carry, each its area over its angle and height times the share of the pressure, m.
+/// Splits what a tool presses into what springs back and what yields, which goes to the first of `pushes`.
 #[inline(always)]
 fn yields<S: Simd>(
     simd: S,
@@ -536,7 +533,7 @@ fn yields<S: Simd>(
     spot: &Spot,
     contacts: &Contacts,
     face: &impl Face,
-    (pushes, carried): (&mut Vec<Push>, &mut Vec<Eight>),
+    pushes: &mut alloc::vec::Vec<Push>,
 ) -> Carried<S> {
     let mut dent = Moments::new(simd);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
@@ -553,25 +550,21 @@ fn yields<S: Simd>(
         let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
         rest = others;
         // three short loops: the figures of one long one would not fit into the registers of a small processor
-        if carried.len() < pushes.len() {
-            carried.resize(pushes.len(), Eight::ZERO);
-        }
-        let carried = &mut carried[..pushes.len()];
-        for (((chunk, above), push), carried) in stretch.iter().zip(&mut *pushes).zip(&mut *carried) {
+        for ((chunk, above), push) in stretch.iter().zip(&mut *pushes) {
             let (depth, radius) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd));
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above.on(simd));
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
-            *carried = (part.min(one) * shape * (radius - depth * outwards)).into();
+            let carried = part.min(one) * shape * (radius - depth * outwards);
             let rising = (one - part).max(zero);
             let delta = (depth - elastic).max(zero) * response;
-            *push = Push { delta_m: delta.into(), rising: rising.into() };
+            *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
         }
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        for (number, ((chunk, above), carried)) in stretch.iter().zip(&*carried).enumerate() {
+        for (number, ((chunk, above), push)) in stretch.iter().zip(&*pushes).enumerate() {
             let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above.on(simd));
-            let carried = carried.on(simd);
+            let carried = push.carried.on(simd);
             let slope = carried / ahead;
             ahead_sum += carried;
             aside_sum += slope * aside;

@@ -58,11 +58,6 @@ impl RimShape {
         (self.end - 1.0) * (1.0 / 3.0 - self.slides * (2.0 / 15.0))
     }
 
-    /// How much of κ is s² and how much s⁴, with the height of the crest, m.
-    fn parts(&self, crest_m: f32) -> [f32; 2] {
-        [(1.0 - self.slides) * crest_m, self.slides * crest_m]
-    }
-
     /// The s of κ as `start − q²·slope`.
     pub(super) fn line(&self) -> (f32, f32) {
         let slope = 1.0 / (self.end - 1.0);
@@ -95,6 +90,7 @@ impl Rim<'_> {
             return;
         }
         self.fill_rows(simd, surface, window, centre_z, rows);
+        let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
         bands.clear();
         let half_columns = (window.columns / 2) as i32;
@@ -127,33 +123,9 @@ impl Rim<'_> {
                 bands.push(Band { arc: arcs[lane], from, under, above, to });
             }
         }
-        // the same numbers, without what is nothing of them
-        let [blunt_m, sharp_m] = self.shape.parts(crest_m);
-        let kernel = Kernel::new(simd, &self.shape, rows);
-        if sharp_m == 0.0 {
-            kernel.raise(
-                simd,
-                bands,
-                footprint,
-                #[inline(always)]
-                |square| square * blunt_m,
-            );
-        } else if blunt_m == 0.0 {
-            kernel.raise(
-                simd,
-                bands,
-                footprint,
-                #[inline(always)]
-                |square| square * (square * sharp_m),
-            );
-        } else {
-            kernel.raise(
-                simd,
-                bands,
-                footprint,
-                #[inline(always)]
-                |square| square * (square * sharp_m + blunt_m),
-            );
+        for (local, band) in bands.iter().enumerate() {
+            let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
+            kernel.raise(simd, &self.shape, rows, band, column);
         }
     }
 
@@ -245,101 +217,70 @@ struct RimRow {
     ahead: Eight,
 }
 
-/// κ of a column, by a line s in the square of the height.
-struct Kernel<'a> {
-    shape: &'a RimShape,
-    rows: &'a [RimRow],
-    /// The least that a row adds to the rim's weight, or nothing.
-    lowest: f32,
+/// κ of a column as `s²·(blunt + sharp·s²)`, s a line in the square of the height, with the height of the crest in both factors.
+struct Kernel {
     start: f32,
     slope: f32,
+    blunt_m: f32,
+    sharp_m: f32,
 }
 
-impl<'a> Kernel<'a> {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, shape: &'a RimShape, rows: &'a [RimRow]) -> Self {
+impl Kernel {
+    fn new(shape: &RimShape, crest_m: f32) -> Self {
         let (start, slope) = shape.line();
-        let lowest = rows.iter().fold(splat(simd, 0.0), |lowest, row| lowest.min(row.ahead.on(simd))).to_array();
-        let lowest = lowest.into_iter().fold(0.0, f32::min);
-        Self { shape, rows, lowest, start, slope }
+        Self { start, slope, blunt_m: (1.0 - shape.slides) * crest_m, sharp_m: shape.slides * crest_m }
     }
 
-    /// Writes all bands, by what κ is at the square of s, m.
+    /// Writes the band of a column that begins with it.
     #[inline(always)]
-    fn raise<S: Simd>(
-        &self,
-        simd: S,
-        bands: &[Band],
-        footprint: &mut Footprint,
-        kappa_m: impl Fn(f32x8<S>) -> f32x8<S>,
-    ) {
-        let zero = splat(simd, 0.0);
-        for (local, band) in bands.iter().enumerate() {
-            let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
-            let arc2 = band.arc * band.arc;
-            let line = self.start - arc2 * self.slope;
-            let beside = 1.0 + self.shape.along * band.arc + self.shape.around * arc2;
-            // a rim that leans far over is nowhere less than nothing
-            if beside + self.lowest >= 0.0 {
-                self.raise_column(
-                    simd,
-                    band,
-                    column,
-                    line,
-                    #[inline(always)]
-                    |line, ahead| kappa_m(line * line) * (ahead + beside),
-                );
-            } else {
-                self.raise_column(
-                    simd,
-                    band,
-                    column,
-                    line,
-                    #[inline(always)]
-                    |line, ahead| kappa_m(line * line) * (ahead + beside).max(zero),
-                );
-            }
-        }
-    }
-
-    /// Writes the band of a column that begins with it, by what rises at places of the line, which is `middle` at the tool's height.
-    #[inline(always)]
-    fn raise_column<S: Simd>(
-        &self,
-        simd: S,
-        &Band { arc, from, under, above, to }: &Band,
-        column: &mut [f32],
-        middle: f32,
-        raised: impl Fn(f32x8<S>, f32x8<S>) -> f32x8<S>,
-    ) {
-        let (zero, one, middle) = (splat(simd, 0.0), splat(simd, 1.0), splat(simd, middle));
-        if arc * arc >= 1.0 {
+    fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
+        let &Band { arc, from, under, above, to } = band;
+        let arc2 = arc * arc;
+        let line = self.start - arc2 * self.slope;
+        let beside = 1.0 + shape.along * arc + shape.around * arc2;
+        if arc2 >= 1.0 {
             return fill(
-                &self.rows[from..to],
+                &rows[from..to],
                 column,
                 #[inline(always)]
-                |row| raised((middle - row.fallen.on(simd)).max(zero), row.ahead.on(simd)),
+                |row| self.raised(simd, row, self.line(simd, row, line), beside),
             );
         }
         // the grid may end within the last chunk
         let within = |chunk: usize| ((chunk - from) * LANES).min(column.len());
         let hole = within(under)..within(above);
         column[hole].fill(0.0);
-        let at_begin = splat(simd, self.start - Rim::BEGIN * self.slope);
+        let at_begin = self.start - Rim::BEGIN * self.slope;
         let by_line = 1.0 / ((1.0 - Rim::BEGIN) * self.slope);
         for (begin, end) in [(from, under), (above, to)] {
             let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
             fill(
-                &self.rows[begin..end],
+                &rows[begin..end],
                 column,
                 #[inline(always)]
                 |row| {
-                    let line = (middle - row.fallen.on(simd)).max(zero);
-                    let begun = ((at_begin - line) * by_line).max(zero).min(one);
-                    raised(line, row.ahead.on(simd)) * begun
+                    let line = self.line(simd, row, line);
+                    let begun = (splat(simd, at_begin) - line) * by_line;
+                    let begun = begun.max(splat(simd, 0.0)).min(splat(simd, 1.0));
+                    self.raised(simd, row, line, beside) * begun
                 },
             );
         }
+    }
+
+    /// The line in eight rows of a column, in the middle of which it is `middle`.
+    #[inline(always)]
+    fn line<S: Simd>(&self, simd: S, row: &RimRow, middle: f32) -> f32x8<S> {
+        splat(simd, middle) - row.fallen.on(simd)
+    }
+
+    /// By how much eight rows rise beyond where the rim has begun, m.
+    #[inline(always)]
+    fn raised<S: Simd>(&self, simd: S, row: &RimRow, line: f32x8<S>, beside: f32) -> f32x8<S> {
+        let zero = splat(simd, 0.0);
+        let line = line.max(zero);
+        let square = line * line;
+        square * (square * self.sharp_m + self.blunt_m) * (row.ahead.on(simd) + beside).max(zero)
     }
 }
 

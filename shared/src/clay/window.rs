@@ -125,8 +125,6 @@ pub(super) struct Scratch {
     pub(super) boundary: Vec<Boundary>,
     /// What yields, chunk by chunk of the contacts.
     pub(super) pushes: Vec<Push>,
-    /// What the elements of a column carry.
-    pub(super) carried: Vec<Eight>,
     pub(super) row_kernel: Vec<f32>,
     pub(super) rim: RimScratch,
     /// The convex tools, lent by the sub-step for the time of a press with one.
@@ -140,10 +138,12 @@ pub(super) struct Push {
     pub(super) delta_m: Eight,
     /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
     pub(super) rising: Eight,
+    /// Area over the angle and height of an element, times the share of the pressure that it carries, m.
+    pub(super) carried: Eight,
 }
 
 impl Push {
-    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO };
+    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO, carried: Eight::ZERO };
 }
 
 /// A touched element beside an untouched one.
@@ -167,7 +167,6 @@ impl Footprint {
             boundary: Vec::with_capacity(elements / 8),
             contacts: Contacts::with_room(shape),
             pushes: Vec::with_capacity(elements / LANES + 1),
-            carried: alloc::vec![Eight::ZERO; shape.rows() as usize / LANES + 2],
             rim: RimScratch::with_room(shape),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
             cutter: None,

@@ -384,7 +384,7 @@ impl App {
                 (hand.tool.orientation.at(centre_m), colour(hand.tool.client).map(|part| 0.5 + 0.5 * part));
             tools.push(ToolView { tool: hand.tool.tool, turn, centre_m, colour, touching: false, clay_m: None });
         }
-        self.shown.draw(status.tool_m(), &view);
+        self.shown.note(status.tool_m(), &view);
         if let Some(centre_m) = self.shown.own_m {
             let holding = &self.panel.holding;
             // a teacher who has taken over presses with another tool than the own one

@@ -22,7 +22,7 @@ pub(in crate::window) struct Shown {
 
 impl Shown {
     /// Notes that tools are drawn as they are now, the own one at a place of the room.
-    pub(in crate::window) fn draw(&mut self, own_m: Option<Vec3>, view: &View) {
+    pub(in crate::window) fn note(&mut self, own_m: Option<Vec3>, view: &View) {
         self.own_m = own_m;
         self.others.clear();
         self.others.extend(others(view));
