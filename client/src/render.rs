@@ -34,7 +34,7 @@ mod water_map;
 pub use camera::Camera;
 pub use finish::Finish;
 pub use gallery::{GalleryRenderer, GalleryScene, WheelView};
-pub use gpu::{Gpu, GpuError};
+pub use gpu::{Gpu, GpuAhead, GpuError};
 pub use picture::{picture, picture_rgba};
 pub use probe::{ProbedVertex, probe_skin};
 pub use readback::RenderError;

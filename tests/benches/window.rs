@@ -26,6 +26,8 @@ fn open(display: &Display) -> (Child, String) {
 
 fn open_with(display: &Display, arguments: &[&str]) -> (Child, String) {
     let studio = display.studio_that_logs(arguments, "warn,pottery_studio=debug,winit=error", &[]);
+    // nothing looks for the window or pulls at it until its first picture is there
+    std::thread::sleep(Duration::from_secs(2));
     let window = display.window(&[]);
     let (width, height) = (SIZE.0.to_string(), SIZE.1.to_string());
     display.run("xdotool", &["windowsize", "--sync", &window, &width, &height]);

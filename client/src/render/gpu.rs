@@ -4,6 +4,7 @@
 //! Invariant: no more is asked of a device than WebGL2 offers, except larger textures where it has them.
 
 use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
 
 /// An opened graphics device.
 #[derive(Clone, Debug)]
@@ -37,6 +38,51 @@ pub enum GpuError {
         /// What it answered.
         source: wgpu::RequestDeviceError,
     },
+}
+
+/// A graphics device that is opened while something else goes on, for a window that is not there yet.
+///
+/// Loading a driver takes tens of milliseconds, which is what asking to join a studio takes too.
+#[derive(Debug)]
+pub struct GpuAhead(JoinHandle<Option<(wgpu::Instance, Gpu)>>);
+
+impl GpuAhead {
+    /// Begins to open it.
+    ///
+    /// # Errors
+    /// When the system has no thread to spare.
+    pub fn begin() -> std::io::Result<Self> {
+        std::thread::Builder::new().name("graphics".into()).spawn(Self::open).map(Self)
+    }
+
+    /// The device and a surface of `window` that it can show pictures on; none when a device has to be chosen in sight of the window.
+    pub fn on_window(
+        self,
+        window: impl Into<wgpu::SurfaceTarget<'static>>,
+    ) -> Option<(wgpu::Instance, wgpu::Surface<'static>, Gpu)> {
+        // a driver that fails is asked again in sight of the window, where a person is told
+        let (instance, gpu) = self.0.join().ok().flatten()?;
+        let surface = instance.create_surface(window).ok()?;
+        gpu.adapter().is_surface_supported(&surface).then_some((instance, surface, gpu))
+    }
+
+    fn open() -> Option<(wgpu::Instance, Gpu)> {
+        let instance = |backends: wgpu::Backends| {
+            let mut descriptor = Gpu::instance_descriptor();
+            descriptor.backends &= backends;
+            wgpu::Instance::new(descriptor)
+        };
+        // OpenGL wants to know the display before anything else
+        let primary = instance(wgpu::Backends::PRIMARY);
+        let gpu = pollster::block_on(Gpu::open(&primary, None, false)).ok()?;
+        let is_card = |adapter: &wgpu::Adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu;
+        // a card that only OpenGL reaches is better than the processor
+        let has_other = || {
+            let adapters = pollster::block_on(instance(wgpu::Backends::GL).enumerate_adapters(wgpu::Backends::GL));
+            adapters.iter().any(is_card)
+        };
+        (!gpu.is_software() || !has_other()).then_some((primary, gpu))
+    }
 }
 
 impl Gpu {

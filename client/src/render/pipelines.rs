@@ -144,6 +144,7 @@ const fn texture(
 }
 
 /// What tells one pipeline from another.
+#[derive(Clone, Copy)]
 struct Drawing<'a> {
     shader: ShaderText,
     vertex: &'a str,
@@ -158,6 +159,14 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
+    /// All of those side by side: a driver takes milliseconds for each, and one core.
+    fn pipelines<const N: usize>(drawings: [Self; N], device: &wgpu::Device) -> [wgpu::RenderPipeline; N] {
+        std::thread::scope(|scope| {
+            let made = drawings.map(|drawing| scope.spawn(move || drawing.pipeline(device)));
+            made.map(|made| made.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        })
+    }
+
     fn pipeline(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
         let module = self.shader.compile(device);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -215,52 +224,50 @@ pub(super) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, format: wgpu::TextureFormat, samples: u32) -> Self {
-        let (frame, skin, relief) = (Some(&layouts.frame), Some(&layouts.skin), Some(&layouts.relief));
-        let draw_from =
-            |shader, vertex, fragment, groups: &[_], cull, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-                Drawing {
-                    shader,
-                    vertex,
-                    fragment,
-                    groups,
-                    topology: wgpu::PrimitiveTopology::TriangleList,
-                    cull,
-                    targets: &[format],
-                    depth: true,
-                    samples,
-                    buffers,
-                }
-                .pipeline(device)
-            };
-        let draw =
-            |shader, vertex, fragment, groups: &[_], cull| draw_from(shader, vertex, fragment, groups, cull, &[]);
+        let clay = [Some(&layouts.frame), Some(&layouts.skin), Some(&layouts.relief)];
+        let rim = [Some(&layouts.frame), Some(&layouts.skin), Some(&layouts.skin)];
+        let skin = [None, Some(&layouts.skin)];
+        let (pot, room) = (&rim[..2], &rim[..1]);
+        let draw = |shader, vertex, fragment, groups, cull| Drawing {
+            shader,
+            vertex,
+            fragment,
+            groups,
+            topology: wgpu::PrimitiveTopology::TriangleList,
+            cull,
+            targets: std::slice::from_ref(&format),
+            depth: true,
+            samples,
+            buffers: &[],
+        };
         let (back, front) = (Some(wgpu::Face::Back), Some(wgpu::Face::Front));
-        let wall = |cull| draw(shader::CLAY, "wall_vertex", "wall_fragment", &[frame, skin, relief], cull);
-        Self {
-            relief: Drawing {
-                shader: shader::RELIEF,
-                vertex: "relief_vertex",
-                fragment: "relief_fragment",
-                groups: &[None, skin],
-                topology: wgpu::PrimitiveTopology::TriangleList,
-                cull: None,
-                targets: &[RELIEF_FORMAT],
-                depth: false,
-                samples: 1,
-                buffers: &[],
-            }
-            .pipeline(device),
-            outer_wall: wall(back),
-            inner_wall: wall(front),
-            lip: draw(shader::RIM, "lip_vertex", "lip_fragment", &[frame, skin, skin], back),
-            section: draw(shader::RIM, "section_vertex", "section_fragment", &[frame, skin, skin], None),
-            floor: draw(shader::RIM, "floor_vertex", "floor_fragment", &[frame, skin], back),
-            ball: draw(shader::TOOL, "ball_vertex", "ball_fragment", &[frame], back),
-            facets: draw_from(shader::TOOL, "facet_vertex", "facet_fragment", &[frame], back, &[Some(solid::CORNERS)]),
-            head: draw(shader::SCENERY, "lathe_vertex", "head_fragment", &[frame], None),
-            pan: draw(shader::SCENERY, "lathe_vertex", "pan_fragment", &[frame], None),
-            backdrop: draw(shader::SCENERY, "backdrop_vertex", "backdrop_fragment", &[frame], None),
-        }
+        let wall = |cull| draw(shader::CLAY, "wall_vertex", "wall_fragment", &clay, cull);
+        let flat = Drawing {
+            targets: &[RELIEF_FORMAT],
+            depth: false,
+            samples: 1,
+            ..draw(shader::RELIEF, "relief_vertex", "relief_fragment", &skin, None)
+        };
+        let cornered = Drawing {
+            buffers: &[Some(solid::CORNERS)],
+            ..draw(shader::TOOL, "facet_vertex", "facet_fragment", room, back)
+        };
+        let drawings = [
+            flat,
+            wall(back),
+            wall(front),
+            draw(shader::RIM, "lip_vertex", "lip_fragment", &rim, back),
+            draw(shader::RIM, "floor_vertex", "floor_fragment", pot, back),
+            draw(shader::RIM, "section_vertex", "section_fragment", &rim, None),
+            draw(shader::TOOL, "ball_vertex", "ball_fragment", room, back),
+            cornered,
+            draw(shader::SCENERY, "lathe_vertex", "head_fragment", room, None),
+            draw(shader::SCENERY, "lathe_vertex", "pan_fragment", room, None),
+            draw(shader::SCENERY, "backdrop_vertex", "backdrop_fragment", room, None),
+        ];
+        let [relief, outer_wall, inner_wall, lip, floor, section, ball, facets, head, pan, backdrop] =
+            Drawing::pipelines(drawings, device);
+        Self { relief, outer_wall, inner_wall, lip, floor, section, ball, facets, head, pan, backdrop }
     }
 
     /// The pipeline that reads back what the vertex stage computes.

@@ -26,7 +26,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use pottery_client::device::{OpenedDevice, pointer};
-use pottery_client::render::Gpu;
+use pottery_client::render::{Gpu, GpuAhead};
 use pottery_client::sound::Sound;
 use pottery_client::{Claim, Onlooker, Potter, PotterOptions, Priority};
 use pottery_shared::snapshot::Detail;
@@ -88,6 +88,8 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         Ok(event_loop) => event_loop,
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
+    // without it the device is opened when the window is
+    let graphics = GpuAhead::begin().ok();
     let studio = match &session.place {
         Place::Hosted(config) => Some(Studio::open((**config).clone())?),
         Place::Joined(_) => None,
@@ -137,7 +139,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let held = Held { name: session.device.name(), monitor, sound, is_muted: session.is_muted };
     let files = Files::new(session.opened.as_deref());
     let keeper = Keeper::open(Preferences::file());
-    let begin = Begin { held, invitation, files, keeper, proxy: event_loop.create_proxy(), interrupted };
+    let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy(), interrupted };
     let mut app = App::new(potter, asked, begin, &session.tool);
     event_loop.run_app(&mut app).context("the window failed")?;
     let (potter, failure) = app.finish();
@@ -158,6 +160,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         Ok(event_loop) => event_loop,
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
+    let graphics = GpuAhead::begin().ok();
     let runtime = hosting::runtime("network")?;
     let onlooker = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
@@ -173,7 +176,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
     }
     let keeper = Keeper::open(Preferences::file());
-    let mut looker = Looker::new(onlooker, alone, &keeper, event_loop.create_proxy());
+    let mut looker = Looker::new(onlooker, alone, &keeper, graphics, event_loop.create_proxy());
     event_loop.run_app(&mut looker).context("the window failed")?;
     let (onlooker, failure) = looker.finish();
     runtime.block_on(onlooker.leave())?;

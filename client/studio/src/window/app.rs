@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use glam::Vec2;
 use pottery_client::device::{Monitor, Pointer};
 use pottery_client::pot_file::PotFile;
-use pottery_client::render::{Camera, Scene, ToolView, Water};
+use pottery_client::render::{Camera, GpuAhead, Scene, ToolView, Water};
 use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
@@ -104,6 +104,7 @@ pub(super) struct Begin {
     pub(super) invitation: Option<Invitation>,
     pub(super) files: Files,
     pub(super) keeper: Keeper,
+    pub(super) graphics: Option<GpuAhead>,
     pub(super) proxy: EventLoopProxy<Call>,
     /// Set when somebody wants the program to end from outside.
     pub(super) interrupted: Arc<AtomicBool>,
@@ -116,6 +117,8 @@ pub(super) struct App {
     held: Held,
     invitation: Option<Invitation>,
     keeper: Keeper,
+    /// Until the window is there.
+    graphics: Option<GpuAhead>,
     proxy: EventLoopProxy<Call>,
     stage: Option<Stage>,
     overlay: Option<Overlay>,
@@ -179,7 +182,7 @@ pub(super) fn colour(client: u16) -> [f32; 3] {
 
 impl App {
     pub(super) fn new(potter: Potter, asked: triple_buffer::Input<Pointer>, begin: Begin, tool: &ToolChoice) -> Self {
-        let Begin { held, invitation, files, keeper, proxy, interrupted } = begin;
+        let Begin { held, invitation, files, keeper, graphics, proxy, interrupted } = begin;
         if let Some(brought) = &tool.brought {
             // a worker that does not hear has ended, which the window will say
             potter.command(Command::Bring(Arc::clone(brought)));
@@ -231,6 +234,7 @@ impl App {
             held,
             invitation,
             keeper,
+            graphics,
             proxy,
             stage: None,
             overlay: None,
@@ -277,9 +281,10 @@ impl App {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let graphics = self.graphics.take();
         let (stage, overlay) = overlay::open(event_loop, self.proxy.clone(), "Pottery studio", |window| {
             let view = self.potter.view().lock();
-            Stage::new(window, event_loop.owned_display_handle(), &view.pot)
+            Stage::new(window, event_loop.owned_display_handle(), graphics, &view.pot)
         })?;
         self.panel.adapter = stage.gpu().name().to_owned();
         self.overlay = Some(overlay);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use egui::{Align2, RichText};
 use glam::Vec2;
 use pottery_client::Onlooker;
-use pottery_client::render::{Camera, GalleryScene, Scene, ToolView, WheelView};
+use pottery_client::render::{Camera, GalleryScene, GpuAhead, Scene, ToolView, WheelView};
 use pottery_client::view::Link;
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Target};
 use pottery_shared::session::{RemoteTool, Watched};
@@ -60,6 +60,8 @@ pub(super) struct Looker {
     words: Words,
     liking: Preferences,
     proxy: EventLoopProxy<Call>,
+    /// Until the window is there.
+    graphics: Option<GpuAhead>,
     stage: Option<Stage>,
     overlay: Option<Overlay>,
     camera: Camera,
@@ -91,7 +93,13 @@ pub(super) struct Looker {
 
 impl Looker {
     /// Looks at all wheels, or at `alone` only.
-    pub(super) fn new(onlooker: Onlooker, alone: Option<u16>, keeper: &Keeper, proxy: EventLoopProxy<Call>) -> Self {
+    pub(super) fn new(
+        onlooker: Onlooker,
+        alone: Option<u16>,
+        keeper: &Keeper,
+        graphics: Option<GpuAhead>,
+        proxy: EventLoopProxy<Call>,
+    ) -> Self {
         let wheels = onlooker.look(|watcher, _| watcher.wheels());
         let now = Instant::now();
         let mut looker = Self {
@@ -99,6 +107,7 @@ impl Looker {
             words: keeper.words(),
             liking: keeper.liking().clone(),
             proxy,
+            graphics,
             stage: None,
             overlay: None,
             camera: Camera::default(),
@@ -184,9 +193,10 @@ impl Looker {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
+        let graphics = self.graphics.take();
         let (mut stage, overlay) =
             overlay::open(event_loop, self.proxy.clone(), "Pottery studio: looking on", |window| {
-                Stage::new(window, event_loop.owned_display_handle(), &coarse_pot())
+                Stage::new(window, event_loop.owned_display_handle(), graphics, &coarse_pot())
             })?;
         stage.show_gallery(&coarse_pot(), 0);
         self.overlay = Some(overlay);

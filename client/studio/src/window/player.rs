@@ -86,7 +86,7 @@ impl Player {
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
         let (stage, overlay) = overlay::open(event_loop, self.proxy.clone(), "Pottery studio: replay", |window| {
             let pot = self.session.playback.replay().pot();
-            Stage::new(window, event_loop.owned_display_handle(), pot)
+            Stage::new(window, event_loop.owned_display_handle(), None, pot)
         })?;
         self.overlay = Some(overlay);
         self.stage = Some(stage);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow, bail};
-use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, PotRenderer, Scene, Sharpness};
+use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, GpuAhead, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
@@ -101,6 +101,14 @@ struct Opened {
 }
 
 impl Opened {
+    /// With a device that was opened ahead, where it can draw on that window.
+    fn ahead(window: &Arc<Window>, display: &OwnedDisplayHandle, ahead: Option<GpuAhead>) -> anyhow::Result<Self> {
+        match ahead.and_then(|ahead| ahead.on_window(Arc::clone(window))) {
+            Some((instance, surface, gpu)) => Self::configured(window, instance, surface, gpu),
+            None => Self::new(window, display, false),
+        }
+    }
+
     fn new(window: &Arc<Window>, display: &OwnedDisplayHandle, is_software: bool) -> anyhow::Result<Self> {
         let instance = wgpu::Instance::new(Gpu::instance_descriptor().with_display_handle(Box::new(display.clone())));
         let surface = instance.create_surface(Arc::clone(window)).map_err(|error| {
@@ -110,6 +118,15 @@ impl Opened {
         })?;
         let open = if is_software { Gpu::software_for_surface } else { Gpu::for_surface };
         let gpu = open(&instance, &surface)?;
+        Self::configured(window, instance, surface, gpu)
+    }
+
+    fn configured(
+        window: &Window,
+        instance: wgpu::Instance,
+        surface: wgpu::Surface<'static>,
+        gpu: Gpu,
+    ) -> anyhow::Result<Self> {
         let size = window.inner_size();
         let mut configuration = surface
             .get_default_config(gpu.adapter(), size.width.max(1), size.height.max(1))
@@ -143,8 +160,14 @@ pub(super) struct PanelShapes {
 }
 
 impl Stage {
-    pub(super) fn new(window: Arc<Window>, display: OwnedDisplayHandle, pot: &Pot) -> anyhow::Result<Self> {
-        let opened = Opened::new(&window, &display, false)?;
+    /// Draws `pot` in `window`, with the device that was opened `ahead` where there is one.
+    pub(super) fn new(
+        window: Arc<Window>,
+        display: OwnedDisplayHandle,
+        ahead: Option<GpuAhead>,
+        pot: &Pot,
+    ) -> anyhow::Result<Self> {
+        let opened = Opened::ahead(&window, &display, ahead)?;
         opened.surface.configure(opened.gpu.device(), &opened.configuration);
         let (painter, panel) = (opened.painter(pot), opened.panel());
         let Opened { instance, surface, gpu, configuration } = opened;
