@@ -26,7 +26,7 @@ use pottery_shared::tool::{Orientation, Tool};
 use crate::sound::Rub;
 
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
-pub use choice::{ChoiceError, DeviceChoice, OpenedDevice, Survey, survey};
+pub use choice::{ChoiceError, DeviceChoice, Feel, OpenedDevice, Survey, survey};
 pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, Reported, SILENCE, Watch};
 pub use fault::DeviceFault;
 pub use pointer::{Pointer, PointerDevice, pointer};

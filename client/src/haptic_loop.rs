@@ -264,8 +264,9 @@ impl HapticLoop {
     fn sample(&mut self, tick: Tick, (tool, orientation): Grip, centre: Position) -> ToolSample {
         let side = self.hand.side(tick, tool, centre);
         let has_proxy = self.haptics.stages().proxy;
-        let centre = if has_proxy { self.hand.stopped_at_clay(tick, tool, side, centre) } else { centre };
-        ToolSample { tick, tool, orientation, centre, side }
+        let sample = ToolSample { tick, tool, orientation, centre, side };
+        let centre = if has_proxy { self.hand.stopped_at_clay(&sample) } else { centre };
+        ToolSample { centre, ..sample }
     }
 
     /// What is felt of the clay by a tool that presses nothing.

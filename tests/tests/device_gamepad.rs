@@ -20,6 +20,7 @@ struct Scripted(Arc<Mutex<State>>);
 #[derive(Debug, Default)]
 struct State {
     unplugged: bool,
+    has_no_motors: bool,
     sticks: Sticks,
     hum: (f32, f32),
 }
@@ -53,6 +54,10 @@ impl Pad for Scripted {
         Ok(state.sticks)
     }
 
+    fn has_motors(&self) -> bool {
+        !self.0.lock().unwrap().has_no_motors
+    }
+
     fn hum(&mut self, heavy: f32, light: f32) -> Result<(), DeviceFault> {
         self.0.lock().unwrap().hum = (heavy, light);
         Ok(())
@@ -65,6 +70,19 @@ fn session(pad: &Scripted) -> HandSession {
 }
 
 const PULLED: Sticks = Sticks { left: Vec2::ZERO, right: Vec2::ZERO, trigger: 1.0, buttons: 0 };
+
+#[test]
+fn a_pad_without_motors_says_so() {
+    let about = |has_no_motors| {
+        let pad = Scripted::default();
+        pad.0.lock().unwrap().has_no_motors = has_no_motors;
+        let mut session = session(&pad);
+        session.until("the pad is found", |session| session.monitor().about().is_some());
+        session.monitor().about().unwrap()
+    };
+    assert_eq!(about(false), "scripted pad");
+    assert_eq!(about(true), "scripted pad, without motors");
+}
 
 #[test]
 fn sticks_move_the_tool_to_the_side_and_up_and_towards_the_pot() {

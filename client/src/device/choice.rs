@@ -118,6 +118,19 @@ pub struct Survey {
     pub found: Result<String, String>,
 }
 
+/// How a person is told of the force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feel {
+    /// The device pushes the hand.
+    Force,
+    /// It hums with the force, and the drawn tool stays behind by force over stiffness.
+    Hum,
+    /// The drawn tool stays behind, and nothing else.
+    Lag,
+    /// Nobody holds it.
+    Nobody,
+}
+
 /// A device in hand.
 pub struct OpenedDevice {
     /// For the hand.
@@ -187,6 +200,19 @@ impl DeviceChoice {
             Kind::Falcon(_) => "falcon",
             Kind::Simulated(..) => "simulated",
             Kind::Replay(_) => "replay",
+        }
+    }
+
+    /// How a person is told of the force, once it is there.
+    #[must_use]
+    pub const fn feel(&self) -> Feel {
+        match self.kind {
+            Kind::Mouse => Feel::Lag,
+            #[cfg(feature = "gamepad")]
+            Kind::Gamepad(_) => Feel::Hum,
+            Kind::Simulated(..) | Kind::Replay(_) => Feel::Nobody,
+            #[cfg(any(feature = "inverse3", feature = "openhaptics", feature = "falcon"))]
+            _ => Feel::Force,
         }
     }
 

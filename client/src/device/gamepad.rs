@@ -63,6 +63,9 @@ pub trait Pad: Send + Debug {
     /// [`DeviceFault`] when it has gone.
     fn sticks(&mut self) -> Result<Sticks, DeviceFault>;
 
+    /// Whether it has motors.
+    fn has_motors(&self) -> bool;
+
     /// Lets the heavy and the light motor hum, 0 to 1; a pad without motors does nothing.
     ///
     /// # Errors
@@ -120,7 +123,9 @@ impl<P: Pads> Driver for GamepadDriver<P> {
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
         let names = self.probe()?;
         let mut pad = self.pads.open(self.number)?;
-        port.found(names[self.number].clone(), Reported::default());
+        let name = &names[self.number];
+        let about = if pad.has_motors() { name.clone() } else { format!("{name}, without motors") };
+        port.found(about, Reported::default());
         let mut place = Place::default();
         let mut hum = Hum::default();
         let mut pace = Pace::new();

@@ -67,18 +67,20 @@ impl GpuAhead {
     }
 
     fn open() -> Option<(wgpu::Instance, Gpu)> {
-        let instance = |backends: wgpu::Backends| {
-            let mut descriptor = Gpu::instance_descriptor();
-            descriptor.backends &= backends;
-            wgpu::Instance::new(descriptor)
+        let descriptor = |backends: wgpu::Backends| {
+            let usual = Gpu::instance_descriptor();
+            wgpu::InstanceDescriptor { backends: usual.backends & backends, ..usual }
         };
         // OpenGL wants to know the display before anything else
-        let primary = instance(wgpu::Backends::PRIMARY);
+        let primary = wgpu::Instance::new(descriptor(wgpu::Backends::PRIMARY));
         let gpu = pollster::block_on(Gpu::open(&primary, None, false)).ok()?;
         let is_card = |adapter: &wgpu::Adapter| adapter.get_info().device_type != wgpu::DeviceType::Cpu;
         // a card that only OpenGL reaches is better than the processor
         let has_other = || {
-            let adapters = pollster::block_on(instance(wgpu::Backends::GL).enumerate_adapters(wgpu::Backends::GL));
+            // what a driver misses here concerns nobody
+            let flags = wgpu::InstanceFlags::empty();
+            let other = wgpu::Instance::new(wgpu::InstanceDescriptor { flags, ..descriptor(wgpu::Backends::GL) });
+            let adapters = pollster::block_on(other.enumerate_adapters(wgpu::Backends::GL));
             adapters.iter().any(is_card)
         };
         (!gpu.is_software() || !has_other()).then_some((primary, gpu))

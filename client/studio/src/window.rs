@@ -22,7 +22,7 @@ mod tiles;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use pottery_client::device::{OpenedDevice, pointer};
@@ -40,7 +40,7 @@ use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
 pub(crate) use app::begin_timing;
-use app::{App, Begin, Held};
+use app::{App, Begin, Held, Rates};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
 use looker::Looker;
@@ -110,6 +110,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let (asked, mouse) = pointer();
     let OpenedDevice { device, monitor } =
         session.device.open(mouse, &session.stroke).context("no thread for the device")?;
+    let peak_n = device.specs().peak_force_n;
     let (target, proxy) = match &session.network {
         Some(network) => runtime.block_on(network.before(target)).map(|(target, proxy)| (target, Some(proxy)))?,
         None => (target, None),
@@ -136,7 +137,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     });
     let status = Arc::clone(potter.status());
     let sound = Sound::start(session.is_muted, move || status.rub());
-    let held = Held { name: session.device.name(), monitor, sound, is_muted: session.is_muted };
+    let (name, feel) = (session.device.name(), session.device.feel());
+    let (is_muted, rates) = (session.is_muted, Rates::new(Instant::now()));
+    let held = Held { name, feel, peak_n, monitor, sound, is_muted, rates };
     let files = Files::new(session.opened.as_deref());
     let keeper = Keeper::open(Preferences::file());
     let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy(), interrupted };

@@ -20,32 +20,38 @@ pub(super) struct Way {
     pub(super) side: Side,
 }
 
-impl Way {
-    /// Shorter ways are not looked at: 20 mm/s.
-    const SHORT_M: f32 = 0.02e-3;
-    /// How well the surface is found, and how far behind it the tool is stopped: farther than a place is rounded by, or the tool would
-    /// stand before the clay and feel a wall that it does not press.
-    const FOUND_M: f32 = 0.01e-3;
-    const BEHIND_M: f32 = 0.015e-3;
-    /// Most looks.
-    const LOOKS_MAX: f32 = 16.0;
+/// Shorter ways are not looked at: 20 mm/s.
+const SHORT_M: f32 = 0.02e-3;
+/// How well the surface is found, and how far behind it the tool is stopped: farther than a place is rounded by, or the tool would
+/// stand before the clay and feel a wall that it does not press.
+const FOUND_M: f32 = 0.01e-3;
+const BEHIND_M: f32 = 0.015e-3;
+/// Most looks.
+const LOOKS_MAX: f32 = 16.0;
+/// How far a tool of facets goes between two looks, m: half a millimetre lies between two columns or rows of a usual pot.
+pub(super) const FACETS_LOOK_M: f32 = 0.5e-3;
 
-    /// Share of the way after which the sphere first touches clay, 1 when it does not, or began in it.
-    ///
-    /// Looked for in steps of a sixth of its radius and then by halves, so that the tool stops 15 to 25 µm behind the surface.
+/// Share of a way of such a length, m, after which a tool first `touches` clay, 1 when it does not, or began in it.
+///
+/// Looked for in steps of `look_m` and then by halves, so that the tool stops 15 to 25 µm behind the surface.
+pub(super) fn free_share(length_m: f32, look_m: f32, mut touches: impl FnMut(f32) -> bool) -> f32 {
+    if length_m < SHORT_M || touches(0.0) {
+        return 1.0;
+    }
+    let looks = libm::ceilf(length_m / look_m).clamp(1.0, LOOKS_MAX) as u32;
+    let Some(met) = (1..=looks).find(|&look| touches(look as f32 / looks as f32)) else { return 1.0 };
+    let (mut free, mut met) = ((met - 1) as f32 / looks as f32, met as f32 / looks as f32);
+    while (met - free) * length_m > FOUND_M {
+        let middle = 0.5 * (free + met);
+        *if touches(middle) { &mut met } else { &mut free } = middle;
+    }
+    (met + BEHIND_M / length_m).min(1.0)
+}
+
+impl Way {
+    /// [`free_share`] of it, with six looks a radius.
     pub(super) fn free_share(&self, pot: &Pot) -> f32 {
-        let length_m = self.from_m.distance(self.to_m);
-        if length_m < Self::SHORT_M || self.touches(pot, 0.0) {
-            return 1.0;
-        }
-        let looks = libm::ceilf(6.0 * length_m / self.radius_m).clamp(1.0, Self::LOOKS_MAX) as u32;
-        let Some(met) = (1..=looks).find(|&look| self.touches(pot, look as f32 / looks as f32)) else { return 1.0 };
-        let (mut free, mut met) = ((met - 1) as f32 / looks as f32, met as f32 / looks as f32);
-        while (met - free) * length_m > Self::FOUND_M {
-            let middle = 0.5 * (free + met);
-            *if self.touches(pot, middle) { &mut met } else { &mut free } = middle;
-        }
-        (met + Self::BEHIND_M / length_m).min(1.0)
+        free_share(self.from_m.distance(self.to_m), self.radius_m / 6.0, |share| self.touches(pot, share))
     }
 
     /// Whether the sphere touches the clay of the column that it stands before, as a press would find it.

@@ -92,19 +92,24 @@ impl Hand {
     }
 
     /// Where a tool on its way to `to` first meets clay, or that place itself: a fast tool is stopped at the clay, so that no
-    /// wall is passed within a tick. A convex tool is not stopped: how far it reaches depends on how it is turned.
+    /// wall is passed within a tick. How far a convex tool reaches depends on how it is turned: it is asked what it would feel.
     #[must_use]
-    pub fn stopped_at_clay(&self, tick: Tick, tool: Tool, side: Side, to: Position) -> Position {
+    pub fn stopped_at_clay(&mut self, sample: &ToolSample) -> Position {
+        let ToolSample { tick, tool, side, centre: to, .. } = *sample;
         let begin = self.last().filter(|last| last.tool == tool && last.side == side);
-        let begin = begin.filter(|_| self.side.is_some()).map(|last| last.centre).zip(tool.sphere());
-        let Some((from, sphere)) = begin else { return to };
-        let [from_m, to_m] = [from, to].map(|place| self.conditions.phase(tick).pot_from_room(place.point_m()));
-        let way = ground::Way { from_m, to_m, radius_m: sphere.radius().0, side };
-        let share = way.free_share(self.field.pot());
-        if share >= 1.0 {
-            return to;
-        }
-        Position::nearest(from.point_m().lerp(to.point_m(), share)).unwrap_or(to)
+        let Some(from) = begin.filter(|_| self.side.is_some()).map(|last| last.centre) else { return to };
+        let at = |share| Position::nearest(from.point_m().lerp(to.point_m(), share)).unwrap_or(to);
+        let share = match tool.sphere() {
+            Some(sphere) => {
+                let [from_m, to_m] = [from, to].map(|place| self.conditions.phase(tick).pot_from_room(place.point_m()));
+                let way = ground::Way { from_m, to_m, radius_m: sphere.radius().0, side };
+                way.free_share(self.field.pot())
+            }
+            None => ground::free_share(from.point_m().distance(to.point_m()), ground::FACETS_LOOK_M, |share| {
+                self.feel(&ToolSample { centre: at(share), ..*sample }).elements > 0
+            }),
+        };
+        if share >= 1.0 { to } else { at(share) }
     }
 
     /// How fast the clay under a tool goes by in the room, m/s, the area of one of its elements, m², and what it is made of.

@@ -44,6 +44,7 @@ struct Held {
 struct ToldDevice {
     held: Arc<Mutex<Held>>,
     setup: Setup,
+    tool: Tool,
 }
 
 impl Device for ToldDevice {
@@ -52,7 +53,7 @@ impl Device for ToldDevice {
     }
 
     fn tool(&self) -> Tool {
-        Tool::default()
+        self.tool
     }
 
     fn set_force(&mut self, force_n: Vec3) {
@@ -93,6 +94,11 @@ impl Bench {
     pub(super) const TOUCHING_M: Vec3 = Vec3::new(0.072, 0.0, 0.1);
 
     pub(super) fn new(scene: &Scene) -> Self {
+        Self::with(scene, Tool::default())
+    }
+
+    /// The same with another tool in the hand.
+    pub(super) fn with(scene: &Scene, tool: Tool) -> Self {
         let setup = Setup {
             stages: stages(scene.method),
             delay: Seconds(scene.delay_s as f32),
@@ -106,7 +112,7 @@ impl Bench {
             rack: pottery_shared::tool::rack::standard(),
         });
         let held = Arc::new(Mutex::new(Held::default()));
-        let device = ToldDevice { held: Arc::clone(&held), setup };
+        let device = ToldDevice { held: Arc::clone(&held), setup, tool };
         Self {
             hand: HapticLoop::new(Box::new(device), side),
             net,

@@ -165,6 +165,15 @@ pub const SCENARIOS: &[Scenario] = &[
         measure: jolts::thrown_through,
     },
     Scenario {
+        name: "the tool comes at 4 m/s",
+        figure: "how far it is in the clay in the tick in which it touches",
+        unit: "mm",
+        bound: Bound::AtMost(0.1),
+        reason: "it is stopped where it first touches; 4 mm in a tick would be a hole that nobody pressed",
+        fails: PUBLISHED,
+        measure: jolts::first_touch,
+    },
+    Scenario {
         name: "more force is wanted than the device gives",
         figure: "largest angle between the force given and the one wanted",
         unit: "°",

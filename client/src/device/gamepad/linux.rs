@@ -87,6 +87,10 @@ impl Pad for Opened {
         })
     }
 
+    fn has_motors(&self) -> bool {
+        self.has_motors
+    }
+
     fn hum(&mut self, heavy: f32, light: f32) -> Result<(), DeviceFault> {
         if !self.has_motors {
             return Ok(());

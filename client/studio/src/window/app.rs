@@ -3,6 +3,7 @@
 //! Owns no clay: reads the potter's view, asks through commands.
 //! Invariant: nothing is drawn while nothing changes.
 
+mod held;
 mod input;
 mod shown;
 mod timing;
@@ -12,10 +13,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use pottery_client::device::{Monitor, Pointer};
+use pottery_client::device::Pointer;
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{Camera, GpuAhead, Scene, ToolView, Water};
-use pottery_client::sound::Sound;
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
 use pottery_shared::clay::{Material, Phase, Preset, Target, Wetness};
@@ -42,6 +42,7 @@ use super::stage::{Pace, Picture, Stage};
 use crate::preferences::Keeper;
 use crate::tool_choice::ToolChoice;
 
+pub(super) use self::held::{Held, Rates};
 pub(crate) use self::timing::begin as begin_timing;
 pub(super) use self::timing::join as time_join;
 
@@ -84,18 +85,6 @@ impl Settings {
     fn of(panel: &PanelState) -> Self {
         Self { rpm: panel.rpm, wetness: panel.wetness }
     }
-}
-
-/// What is in the hand.
-#[derive(Debug)]
-pub(super) struct Held {
-    pub(super) name: &'static str,
-    /// What its driver says, if it has one.
-    pub(super) monitor: Option<Arc<Monitor>>,
-    /// What is heard of it.
-    pub(super) sound: Sound,
-    /// Whether it begins without.
-    pub(super) is_muted: bool,
 }
 
 /// What a window begins with, besides the wheel.
@@ -217,8 +206,10 @@ impl App {
             late_percent: 0.0,
             frames_per_s: 0.0,
             adapter: String::new(),
-            device: held.name.to_owned(),
-            pace: format!("{}, {}", potter.granted().rate, potter.granted().priority.in_short()),
+            peak_n: held.peak_n,
+            feel: held.feel,
+            device: held.said(&keeper.words()),
+            pace: held.pace(&keeper.words(), potter.granted()),
             notice: None,
             shows_help: false,
             is_open: None,
@@ -440,6 +431,10 @@ impl App {
             Some(Err(reason)) => self.refusal = Some(reason),
         }
         let round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        if (has_cause || self.figures_at.elapsed() >= FIGURES_IDLE) && self.held.count(status.ticks()) {
+            self.panel.device = self.held.said(&self.panel.words);
+            self.panel.pace = self.held.pace(&self.panel.words, self.potter.granted());
+        }
         if has_cause {
             self.figures_at = Instant::now();
             self.panel.frames_per_s += (1.0 / seconds.max(1e-3) - self.panel.frames_per_s) * 0.1;
@@ -452,16 +447,15 @@ impl App {
             panel::renew(&mut self.panel.round_trip_ms, round_trip_ms, 5.0);
         }
         let monitor = self.held.monitor.as_ref();
-        let found = monitor.and_then(|monitor| monitor.about());
-        self.panel.device = found.unwrap_or_else(|| self.held.name.to_owned());
+        self.panel.feel = self.held.feel();
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some(self.panel.words.say("closed")),
             (Link::ComingBack(_), _) => Some(self.panel.words.say("coming-back")),
             (Link::Lost(reason), _) => Some(reason.clone()),
-            (Link::Open, _) if self.panel.is_force_off => Some(self.panel.words.say("force-is-off")),
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
+                .or_else(|| self.panel.is_force_off.then(|| self.panel.words.say("force-is-off")))
                 .or_else(|| self.panel.class.held().map(|held| self.panel.words.say(held)))
                 .or_else(|| self.refusal.clone())
                 .or_else(|| self.keeper.trouble(&self.panel.words)),

@@ -14,6 +14,7 @@ pub(super) mod profiles;
 mod tool;
 
 use egui::{Align2, Color32, RichText};
+use pottery_client::device::Feel;
 use pottery_shared::clay::Wetness;
 use pottery_shared::protocol::Nickname;
 use pottery_shared::tool::Side;
@@ -67,6 +68,9 @@ pub(super) struct PanelState {
     pub(super) dries: Option<bool>,
     pub(super) pushed_mm: f32,
     pub(super) force_n: f32,
+    /// The largest force that the device gives, N, and how a person is told of it.
+    pub(super) peak_n: f32,
+    pub(super) feel: Feel,
     pub(super) is_touching: bool,
     /// The person wants no force.
     pub(super) is_force_off: bool,
@@ -103,6 +107,10 @@ impl PanelState {
     }
 }
 
+/// Colour of the force's bar while the tool touches the clay: of fired clay.
+const TOUCHING: Color32 = Color32::from_rgb(178, 84, 46);
+/// Width of that bar while the controls are folded away, points.
+const WIDTH_FOLDED: f32 = 96.0;
 /// Width of the controls, and that of a window in which they leave the pot room enough to be open at first, points.
 const WIDTH: f32 = 250.0;
 const WINDOW_OPEN: f32 = 720.0;
@@ -152,6 +160,8 @@ pub(super) fn show(
                 ui.set_width(WIDTH);
                 show_controls(ui, state, invitation, files);
             });
+        } else {
+            show_gauge(ui, state, WIDTH_FOLDED);
         }
     });
     let right = shown.filter(|_| is_open).map_or(0.0, |shown| shown.response.rect.right());
@@ -204,15 +214,20 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
 }
 
 fn show_force(ui: &mut egui::Ui, state: &mut PanelState) {
+    show_gauge(ui, state, WIDTH);
     let words = &state.words;
-    let force = format!("{} N", words.number(f64::from(state.force_n), 2));
-    let bar = egui::ProgressBar::new((state.force_n / 3.3).clamp(0.0, 1.0)).text(force);
-    ui.add(bar.desired_width(WIDTH));
     if ui.button(words.say(if state.is_force_off { "force-on" } else { "force-off" })).clicked() {
         state.is_force_off = !state.is_force_off;
     }
     let depth = words.number(f64::from(state.pushed_mm.max(0.0)), 1);
     ui.label(words.say_with(if state.is_touching { "touching" } else { "not-touching" }, &[("depth", &depth)]));
+    let feel = match state.feel {
+        Feel::Force => "feel-force",
+        Feel::Hum => "feel-hum",
+        Feel::Lag => "feel-lag",
+        Feel::Nobody => "feel-nobody",
+    };
+    ui.label(RichText::new(words.say(feel)).small());
     match &state.no_sound {
         None => {
             ui.checkbox(&mut state.is_heard, words.say("hear"));
@@ -221,6 +236,14 @@ fn show_force(ui: &mut egui::Ui, state: &mut PanelState) {
             ui.label(RichText::new(words.say("no-sound")).small()).on_hover_text(reason);
         }
     }
+}
+
+/// The force on the hand as a part of the largest that its device gives; coloured while the tool touches the clay.
+fn show_gauge(ui: &mut egui::Ui, state: &PanelState, width: f32) {
+    let force = format!("{} N", state.words.number(f64::from(state.force_n), 2));
+    let bar = egui::ProgressBar::new((state.force_n / state.peak_n).clamp(0.0, 1.0)).text(force);
+    let bar = if state.is_touching { bar.fill(TOUCHING) } else { bar };
+    ui.add(bar.desired_width(width));
 }
 
 /// The line of figures at the foot of the window.

@@ -41,6 +41,10 @@ force-on = Kraft wieder geben (Enter)
 force-off = Sofort keine Kraft (Enter)
 touching = berührt den Ton; { $depth } mm eingedrückt
 not-touching = berührt nichts; { $depth } mm eingedrückt
+feel-force = die Kraft ist in der Hand zu spüren
+feel-hum = das Gamepad brummt mit der Kraft, und das gezeichnete Werkzeug bleibt um sie zurück
+feel-lag = das gezeichnete Werkzeug bleibt um die Kraft zurück
+feel-nobody = niemand hält dieses Werkzeug: es geht von selbst
 hear = den Ton hören (M)
 no-sound = hier gibt es keinen Klang
 you = du
@@ -98,6 +102,8 @@ not-kept = die Einstellungen werden nicht behalten: { $reason }
 ## The line of figures
 
 status = hin und zurück { $rtt } ms · { $quality } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter } · H: Tasten
+device-rate = { $device } mit { $rate } Hz
+hand-rests = ruht
 quality-excellent = ausgezeichnet
 quality-good = gut
 quality-fair = mäßig

@@ -41,6 +41,10 @@ force-on = Give force again (Enter)
 force-off = No force at once (Enter)
 touching = touching the clay; pushed in { $depth } mm
 not-touching = not touching; pushed in { $depth } mm
+feel-force = you feel the force in your hand
+feel-hum = the pad hums with the force, and the drawn tool stays behind by it
+feel-lag = the drawn tool stays behind by the force
+feel-nobody = nobody holds this tool: it goes by itself
 hear = hear the clay (M)
 no-sound = no sound here
 you = you
@@ -98,6 +102,8 @@ not-kept = your preferences are not kept: { $reason }
 ## The line of figures
 
 status = round trip { $rtt } ms · { $quality } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter } · H: keys
+device-rate = { $device } at { $rate } Hz
+hand-rests = rests
 quality-excellent = excellent
 quality-good = good
 quality-fair = fair
