@@ -50,7 +50,8 @@ use guidance::Guide;
 use passivity::Passivity;
 use proxy::Proxy;
 
-/// Which stages are on; check, scale, limit and gate always are.
+/// Which stages are on; check, steps, velocity, scale, limit and gate always are. What each is for shows
+/// `accuracy-chart stability --without`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stages {
     /// A proxy on a coupling presses the clay; without it the device does, and feels the clay itself.

@@ -20,7 +20,7 @@ pub use guided::{GuidanceFigures, measure_guidance};
 pub use lesson::{Fate, Learnt, Lesson, WAYS, give};
 pub use list::SCENARIOS;
 pub use mechanism::{Grip, Mechanism};
-pub use plane::{PlanePoint, bound_n_m, measure_plane, stable_stiffness_n_m};
+pub use plane::{PlanePoint, Stage, bound_n_m, leave_out, measure_plane, stable_stiffness_n_m};
 
 /// Writes `stability.csv` and `stability.md`, and `stability-plane.csv` and `stability-plane.png` when there is a plane, into a folder,
 /// which is made when it is not there.

@@ -3,6 +3,8 @@
 //! Owns the wall, the search for the bound and the bounds by theory.
 //! Invariant: what is called stable is stable at every lower stiffness that was tried as well.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use pottery_shared::clay::MethodKind;
 use pottery_shared::haptics::{Coupling, DeviceSpecs, Haptics, Setup, Stages, Touch};
@@ -67,13 +69,49 @@ pub fn measure_plane() -> Vec<PlanePoint> {
     points
 }
 
-/// How a method's force is rendered for this purpose: as it was published, and ours through the whole chain.
+/// A stage of ours that can be left out, to see what it is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Stage {
+    /// The device presses the clay itself, and feels the clay's own force.
+    Proxy,
+    /// Clay that goes by drags at nothing.
+    Drag,
+    /// Nothing keeps the loop from giving back more energy than it took.
+    Passivity,
+    /// Corrected clay is felt at once.
+    Correction,
+    /// The force is whole at once after a pause.
+    Ramp,
+}
+
+/// Ours as it is studied in this run of a program.
+static STUDIED: OnceLock<Stages> = OnceLock::new();
+
+/// Leaves stages of ours out, in all that this program runs from now on.
+///
+/// # Panics
+/// When something was run before, or it is called again.
+pub fn leave_out(stages: &[Stage]) {
+    let mut studied = Stages::WHOLE;
+    for stage in stages {
+        *match stage {
+            Stage::Proxy => &mut studied.proxy,
+            Stage::Drag => &mut studied.drag,
+            Stage::Passivity => &mut studied.passivity,
+            Stage::Correction => &mut studied.correction,
+            Stage::Ramp => &mut studied.ramp,
+        } = false;
+    }
+    assert!(STUDIED.set(studied).is_ok(), "one chain is studied in a run");
+}
+
+/// How a method's force is rendered for this purpose: as it was published, and ours through the whole chain, or what is studied of it.
 #[must_use]
 pub(super) fn stages(method: MethodKind) -> Stages {
     match method {
         MethodKind::Original => Stages::ORIGINAL,
         MethodKind::Improved => Stages::EXACT,
-        MethodKind::Plastic => Stages::WHOLE,
+        MethodKind::Plastic => *STUDIED.get_or_init(|| Stages::WHOLE),
     }
 }
 

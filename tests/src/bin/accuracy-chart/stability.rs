@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use pottery_tests::failures::{self, Scenario};
-use pottery_tests::stability::{self, SCENARIOS};
+use pottery_tests::stability::{self, SCENARIOS, Stage};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct StabilityFlags {
@@ -16,6 +16,9 @@ pub(crate) struct StabilityFlags {
     /// Only scenarios that have these words in their names, and no plane
     #[arg(long, value_name = "WORDS")]
     only: Option<String>,
+    /// Stages of ours that are left out, to see what each is for
+    #[arg(long, value_name = "STAGE", value_delimiter = ',')]
+    without: Vec<Stage>,
 }
 
 /// Puts every method through the scenarios, writes table and plane and prints the table.
@@ -26,6 +29,7 @@ pub(crate) fn run(flags: &StabilityFlags) -> Result<(), Box<dyn std::error::Erro
         return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
     }
     crate::make_folder(&flags.out)?;
+    stability::leave_out(&flags.without);
     let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| eprintln!("{}", scenario.name));
     let plane = if flags.only.is_none() { stability::measure_plane() } else { Vec::new() };
     stability::write(&outcomes, &plane, &flags.out)?;
