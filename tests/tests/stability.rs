@@ -120,3 +120,22 @@ fn program_prints_and_writes_what_was_chosen_and_refuses_what_there_is_not() {
     let said = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && said.contains("no scenario has such a name"), "{said}");
 }
+
+#[test]
+fn every_stage_that_is_left_out_fails_what_it_is_there_for() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stability-stages");
+    for (stage, scenario) in [
+        ("proxy", "the tool comes at 4 m/s"),
+        ("passivity", "ten presses and releases"),
+        ("correction", "clay that somebody undoes"),
+        ("ramp", "stands still for 50 ms"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        command.arg("stability").arg("--out").arg(&folder).args(["--only", scenario, "--without", stage]);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let table = std::fs::read_to_string(folder.join("stability.csv")).unwrap();
+        let ours = table.lines().find(|line| line.starts_with("ours,") && line.contains(scenario)).unwrap();
+        assert!(ours.ends_with(",no,no"), "without {stage}: {ours}");
+    }
+}
