@@ -3,7 +3,9 @@
 //! Owns the run; what its digests are is pinned by `tests/tests/golden.rs`, which builds this for several processors.
 //! Invariant: no figure of the run comes from the host's own functions, whose last bits differ.
 
-use pottery_shared::clay::{Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Vectors, Wheel};
+use pottery_shared::clay::{
+    Conditions, Material, MethodKind, Phase, Pot, PotError, PotSpec, SubStep, Support, Vectors, Wheel,
+};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
@@ -16,7 +18,19 @@ pub(crate) const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::I
 /// # Errors
 /// None: the default pot can be made.
 pub(crate) fn run(method: MethodKind, vectors: Vectors) -> Result<(u64, f64), PotError> {
-    let mut pot = Pot::new(PotSpec::default())?;
+    run_on(PotSpec::default(), method, vectors)
+}
+
+/// The same on a hollow pot, whose wall bends.
+///
+/// # Errors
+/// None: such a pot can be made.
+pub(crate) fn run_hollow(method: MethodKind, vectors: Vectors) -> Result<(u64, f64), PotError> {
+    run_on(PotSpec { support: Support::Hollow, ..PotSpec::default() }, method, vectors)
+}
+
+fn run_on(spec: PotSpec, method: MethodKind, vectors: Vectors) -> Result<(u64, f64), PotError> {
+    let mut pot = Pot::new(spec)?;
     let mut conditions = Conditions {
         wheel: Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(90.0))),
         method,
@@ -72,7 +86,7 @@ pub(crate) fn run_rib(method: MethodKind, vectors: Vectors) -> Result<(u64, f64)
     Ok((pot.digest(), pot.pressed_m3() * 1e9))
 }
 
-/// Prints two lines a method.
+/// Prints three lines a method.
 ///
 /// # Errors
 /// None: the default pot can be made.
@@ -82,6 +96,8 @@ pub(crate) fn main() -> Result<(), PotError> {
         println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
         let (digest, volume_mm3) = run_rib(method, Vectors::default())?;
         println!("{method:?} with a rib {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
+        let (digest, volume_mm3) = run_hollow(method, Vectors::default())?;
+        println!("{method:?} on a hollow pot {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
     }
     Ok(())
 }
