@@ -181,6 +181,7 @@ impl Surface {
     ///
     /// # Panics
     /// When there are more of them than rows.
+    #[inline(always)]
     pub(crate) fn set_run<T: Copy>(&mut self, column: u32, first_row: u32, values: &[T], radius_m: impl Fn(T) -> f32) {
         let rows = self.shape.rows() as usize;
         assert!(!values.is_empty() && first_row as usize + values.len() <= rows);
@@ -195,17 +196,24 @@ impl Surface {
         let ends_before_m2 = half_of_ends(radii_m);
         // one a lane, so that no element waits for the one before; an exact sum has no order
         let (mut widest_m, mut more_m2) = ([self.widest_m; LANES], [0.0; LANES]);
-        for (radii_m, values) in radii_m.chunks_mut(LANES).zip(values.chunks(LANES)) {
-            let lanes = widest_m.iter_mut().zip(&mut more_m2);
-            for ((kept_m, &value), (widest_m, more_m2)) in radii_m.iter_mut().zip(values).zip(lanes) {
-                let set_m = radius_m(value).clamp(low_m, high_m);
-                *more_m2 += square(set_m) - square(*kept_m);
-                *kept_m = set_m;
-                *widest_m = if set_m > *widest_m { set_m } else { *widest_m };
-            }
+        let wider = |one_m: f32, other_m: f32| if one_m > other_m { one_m } else { other_m };
+        // whole ones apart, so that a processor can work on their lanes at once
+        let (whole_m, last_m) = radii_m.as_chunks_mut::<LANES>();
+        let (whole, last) = values.as_chunks::<LANES>();
+        for (kept_m, values) in whole_m.iter_mut().zip(whole) {
+            let set_m = values.map(|value| radius_m(value).clamp(low_m, high_m));
+            more_m2 = core::array::from_fn(|lane| more_m2[lane] + (square(set_m[lane]) - square(kept_m[lane])));
+            widest_m = core::array::from_fn(|lane| wider(set_m[lane], widest_m[lane]));
+            *kept_m = set_m;
+        }
+        for (lane, (kept_m, &value)) in last_m.iter_mut().zip(last).enumerate() {
+            let set_m = radius_m(value).clamp(low_m, high_m);
+            more_m2[lane] += square(set_m) - square(*kept_m);
+            widest_m[lane] = wider(set_m, widest_m[lane]);
+            *kept_m = set_m;
         }
         let more_m2 = more_m2.iter().sum::<f64>() - (half_of_ends(radii_m) - ends_before_m2);
-        self.widest_m = widest_m.into_iter().fold(self.widest_m, f32::max);
+        self.widest_m = widest_m.into_iter().fold(self.widest_m, wider);
         self.ledger.add(column, more_m2);
     }
 
@@ -446,6 +454,7 @@ impl Ledger {
     }
 
     /// Takes in that so much more stands in a column.
+    #[inline(always)]
     fn add(&mut self, column: u32, more_m2: f64) {
         self.columns_m2[column as usize] += more_m2;
         self.sum_m2 += more_m2;

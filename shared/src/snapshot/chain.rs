@@ -41,10 +41,10 @@ impl Chain {
 
     /// The bytes of the current delta, which then becomes the last.
     pub(super) fn encode(&mut self, motion: Motion) -> Vec<u8> {
-        let mut encoder = Encoder::new();
-        self.code(&mut encoder, motion).expect("writing meets no end");
+        let mut bytes = Vec::new();
+        self.code(Encoder::new(&mut bytes), motion).expect("writing meets no end").finish();
         self.advance();
-        encoder.finish()
+        bytes
     }
 
     /// Reads a delta into `current`, which is then taken and followed by [`Chain::advance`].
@@ -53,9 +53,8 @@ impl Chain {
     /// [`Exhausted`] when the bytes are no delta; nothing is then remembered of it.
     pub(super) fn decode(&mut self, bytes: &[u8]) -> Result<(), Exhausted> {
         let learned = (self.models.clone(), self.motions.clone());
-        let mut decoder = Decoder::new(bytes);
-        let read = self.code(&mut decoder, Motion::default());
-        if read.is_ok() && !decoder.is_exhausted() && !decoder.has_rest() {
+        let read = self.code(Decoder::new(bytes), Motion::default());
+        if read.is_ok_and(|decoder| !decoder.is_exhausted() && !decoder.has_rest()) {
             return Ok(());
         }
         (self.models, self.motions) = learned;
@@ -67,16 +66,16 @@ impl Chain {
     ///
     /// # Errors
     /// [`Exhausted`], when reading; what was learned of it stays.
-    pub(super) fn code(&mut self, symbols: &mut impl Symbols, motion: Motion) -> Result<(), Exhausted> {
+    pub(super) fn code<S: Symbols>(&mut self, mut symbols: S, motion: Motion) -> Result<S, Exhausted> {
         let before = self.motions.last;
-        let motion = self.motions.code(symbols, motion);
+        let motion = self.motions.code(&mut symbols, motion);
         self.motions.last = motion;
         for (last, current) in self.last.iter().zip(&mut self.current) {
             let turned = Turned::new(last, before, motion);
             let (sweep, models) = (&mut self.sweep, &mut self.models);
-            with_vectors!(self.vectors, simd => sweep.code(symbols, models, &turned, current))?;
+            symbols = with_vectors!(self.vectors, simd => sweep.code(symbols, models, &turned, current))?;
         }
-        Ok(())
+        Ok(symbols)
     }
 
     /// The current delta becomes the last, and is told to nobody: there is none to whom it would have to be foretold.
@@ -100,28 +99,28 @@ impl Chain {
     ///
     /// # Errors
     /// [`Exhausted`], when reading.
-    pub(super) fn code_alone(
-        symbols: &mut impl Symbols,
+    pub(super) fn code_alone<S: Symbols>(
+        mut symbols: S,
         models: &mut Models,
         planes: &mut [Plane],
-    ) -> Result<(), Exhausted> {
+    ) -> Result<S, Exhausted> {
         let (mut sweep, vectors) = (Sweep::default(), Vectors::default());
         for plane in planes {
             let nothing = Plane::unchanged(plane.layout());
             let turned = Turned::new(&nothing, Motion::default(), Motion::default());
-            with_vectors!(vectors, simd => sweep.code(symbols, models, &turned, plane))?;
+            symbols = with_vectors!(vectors, simd => sweep.code(symbols, models, &turned, plane))?;
         }
-        Ok(())
+        Ok(symbols)
     }
 
     /// Codes all that is remembered, by models that the differences before it have taught.
     ///
     /// # Errors
     /// [`Exhausted`], when reading; what is remembered is then of no use.
-    pub(super) fn code_state(&mut self, symbols: &mut impl Symbols, models: &mut Models) -> Result<(), Exhausted> {
-        Self::code_alone(symbols, models, &mut self.last)?;
-        self.motions.code_state(symbols);
-        self.models.code_state(symbols);
-        Ok(())
+    pub(super) fn code_state<S: Symbols>(&mut self, symbols: S, models: &mut Models) -> Result<S, Exhausted> {
+        let mut symbols = Self::code_alone(symbols, models, &mut self.last)?;
+        self.motions.code_state(&mut symbols);
+        self.models.code_state(&mut symbols);
+        Ok(symbols)
     }
 }

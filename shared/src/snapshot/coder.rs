@@ -37,11 +37,20 @@ impl BitModel {
         if self.seen < Self::SLOWEST {
             self.seen += 1;
         }
-        if bit {
-            self.zero -= self.zero >> self.seen;
-        } else {
-            self.zero += (u16::MAX - self.zero) >> self.seen;
+        let zero = self.zero as u32;
+        self.zero = if bit { zero - (zero >> self.seen) } else { zero + ((zero ^ 0xffff) >> self.seen) } as u16;
+    }
+
+    /// As [`BitModel::learn`], without a branch.
+    #[inline(always)]
+    const fn learn_side(&mut self, bit: bool) {
+        if self.seen < Self::SLOWEST {
+            self.seen += 1;
         }
+        // the share of the other bit becomes less
+        let other = (bit as u32).wrapping_sub(1) & 0xffff;
+        let share = self.zero as u32 ^ other;
+        self.zero = ((share - (share >> self.seen)) ^ other) as u16;
     }
 
     /// Share of `range` that stands for a zero.
@@ -60,28 +69,34 @@ impl BitModel {
 
 /// Both directions of the coder, so that the order of symbols is written once.
 pub(super) trait Symbols {
+    /// Whether what is coded is given, and not yet to be found out.
+    const IS_GIVEN: bool;
+
     /// Codes `bit`, or ignores it and returns the bit that was coded.
     fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool;
+    /// The same of a bit on which nothing hangs and which nobody can guess: without a branch.
+    fn side(&mut self, model: &mut BitModel, bit: bool) -> bool;
     /// The same for the lowest `count` bits of `value`, evenly distributed.
     fn raw(&mut self, value: u32, count: u32) -> u32;
     /// Whether more was asked for than there is.
     fn is_exhausted(&self) -> bool;
 }
 
-/// Writes bits.
+/// Writes bits. What it counts with is all its own, so that a processor can keep it in registers.
 #[derive(Debug)]
-pub(super) struct Encoder {
-    bytes: Vec<u8>,
+pub(super) struct Encoder<'a> {
+    bytes: &'a mut Vec<u8>,
+    /// Where the range begins; above its 32 bits, what the bytes written are still to be raised by.
     low: u64,
     range: u32,
-    /// The last byte not yet written, and how many 0xff follow it: a carry may still reach them.
-    held: Option<u8>,
-    held_full: usize,
 }
 
-impl Encoder {
-    pub(super) fn new() -> Self {
-        Self { bytes: Vec::with_capacity(1024), low: 0, range: u32::MAX, held: None, held_full: 0 }
+impl<'a> Encoder<'a> {
+    /// Writes behind what `bytes` hold, which are to be none.
+    pub(super) fn new(bytes: &'a mut Vec<u8>) -> Self {
+        debug_assert!(bytes.is_empty());
+        bytes.reserve(1024);
+        Self { bytes, low: 0, range: u32::MAX }
     }
 
     #[inline(always)]
@@ -92,23 +107,17 @@ impl Encoder {
         }
     }
 
+    #[inline(always)]
     fn shift(&mut self) {
-        let carry = (self.low >> 32) as u8;
-        let top = (self.low >> 24) as u8;
-        if carry == 1 || top != 0xff {
-            if let Some(held) = self.held {
-                self.bytes.push(held.wrapping_add(carry));
-            }
-            self.bytes.extend(core::iter::repeat_n(0xff_u8.wrapping_add(carry), self.held_full));
-            self.held_full = 0;
-            self.held = Some(top);
-        } else {
-            self.held_full += 1;
+        if self.low >> 32 != 0 {
+            raise(self.bytes);
         }
+        self.bytes.push((self.low >> 24) as u8);
         self.low = (self.low & 0x00ff_ffff) << 8;
     }
 
-    pub(super) fn finish(mut self) -> Vec<u8> {
+    /// Writes what is left.
+    pub(super) fn finish(mut self) {
         // of all numbers that say the same, the one with most zeros at its end
         for zeros in (0..RENORMALISE_BELOW.ilog2() + 8).rev() {
             let rounded = (self.low | ((1 << zeros) - 1)).wrapping_add(1) & !((1 << zeros) - 1);
@@ -117,7 +126,7 @@ impl Encoder {
                 break;
             }
         }
-        for _ in 0..5 {
+        for _ in 0..4 {
             self.shift();
         }
         // the decoder reads zeros behind the end
@@ -126,11 +135,23 @@ impl Encoder {
                 self.bytes.pop();
             }
         }
-        self.bytes
     }
 }
 
-impl Symbols for Encoder {
+/// Adds one to a number of which these are the bytes, the highest first; it has room for it.
+#[inline(never)]
+fn raise(bytes: &mut [u8]) {
+    for byte in bytes.iter_mut().rev() {
+        *byte = byte.wrapping_add(1);
+        if *byte != 0 {
+            return;
+        }
+    }
+}
+
+impl Symbols for Encoder<'_> {
+    const IS_GIVEN: bool = true;
+
     #[inline(always)]
     fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool {
         let bound = model.bound(self.range);
@@ -145,6 +166,18 @@ impl Symbols for Encoder {
         bit
     }
 
+    #[inline(always)]
+    fn side(&mut self, model: &mut BitModel, bit: bool) -> bool {
+        let bound = model.bound(self.range);
+        let one = u32::from(bit).wrapping_neg();
+        self.low += u64::from(bound & one);
+        self.range = (bound ^ one).wrapping_add(self.range & one).wrapping_sub(one);
+        model.learn_side(bit);
+        self.normalise();
+        bit
+    }
+
+    #[inline(always)]
     fn raw(&mut self, value: u32, count: u32) -> u32 {
         for at in (0..count).rev() {
             self.range >>= 1;
@@ -156,6 +189,7 @@ impl Symbols for Encoder {
         value
     }
 
+    #[inline(always)]
     fn is_exhausted(&self) -> bool {
         false
     }
@@ -179,6 +213,7 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
+    #[inline(always)]
     fn next_byte(&mut self) -> u32 {
         let byte = self.bytes.get(self.at).copied().unwrap_or(0);
         self.at += 1;
@@ -200,6 +235,8 @@ impl<'a> Decoder<'a> {
 }
 
 impl Symbols for Decoder<'_> {
+    const IS_GIVEN: bool = false;
+
     #[inline(always)]
     fn bit(&mut self, model: &mut BitModel, _: bool) -> bool {
         let bound = model.bound(self.range);
@@ -215,6 +252,19 @@ impl Symbols for Decoder<'_> {
         bit
     }
 
+    #[inline(always)]
+    fn side(&mut self, model: &mut BitModel, _: bool) -> bool {
+        let bound = model.bound(self.range);
+        let bit = self.code >= bound;
+        let one = u32::from(bit).wrapping_neg();
+        self.code -= bound & one;
+        self.range = (bound ^ one).wrapping_add(self.range & one).wrapping_sub(one);
+        model.learn_side(bit);
+        self.normalise();
+        bit
+    }
+
+    #[inline(always)]
     fn raw(&mut self, _: u32, count: u32) -> u32 {
         let mut value = 0;
         for _ in 0..count {
@@ -229,6 +279,7 @@ impl Symbols for Decoder<'_> {
         value
     }
 
+    #[inline(always)]
     fn is_exhausted(&self) -> bool {
         self.at > self.bytes.len() + ZEROS_BEHIND_END
     }

@@ -22,6 +22,7 @@ pub fn quantise(radius_m: f32) -> u16 {
 
 /// The radius of a step, exact.
 #[must_use]
+#[inline(always)]
 pub const fn dequantise(step: u16) -> f32 {
     step as f32 * QUANTUM_M
 }
@@ -56,6 +57,7 @@ impl Quantum {
     }
 
     /// The radius of one of its own steps, exact.
+    #[inline(always)]
     pub(super) fn radius_m(self, step: u16) -> f32 {
         dequantise(step.saturating_mul(self.0))
     }
@@ -119,9 +121,11 @@ impl QuantisedGrid {
         let mut digest = Digest::default();
         digest.add(tile);
         for column in self.columns(self.layout.window(tile)) {
-            for two in column.chunks(2) {
-                digest.add(two.iter().fold(0, |word, &value| word << 16 | u32::from(value)));
+            let (twos, last) = column.as_chunks();
+            for &[first, second] in twos {
+                digest.add(u32::from(first) << 16 | u32::from(second));
             }
+            last.iter().for_each(|&value| digest.add(value.into()));
         }
         digest.finish()
     }
@@ -192,6 +196,7 @@ impl QuantisedGrid {
 
     /// Adds the differences of a tile, and tells `changed` of every column of it in which there are any: its number, the first row, and
     /// all new values there.
+    #[inline(always)]
     pub(super) fn add_tile(&mut self, tile: u32, plane: &Plane, mut changed: impl FnMut(u32, u32, &[u16])) {
         let window = self.layout.window(tile);
         let all_rows = self.layout.shape().rows() as usize;

@@ -45,9 +45,9 @@ impl Ledger {
     /// Reads the next delta; false when it is none, and then nothing more can be read.
     pub fn read(&mut self, delta: &[u8]) -> bool {
         let base = core::ptr::from_ref(&self.chain).addr();
-        let mut counted =
+        let counted =
             Counted { decoder: Decoder::new(delta), base, counts: &mut self.counts, plain_bits: &mut self.plain_bits };
-        if self.chain.code(&mut counted, Motion::default()).is_err() {
+        if self.chain.code(counted, Motion::default()).is_err() {
             return false;
         }
         self.chain.advance();
@@ -87,11 +87,17 @@ struct Counted<'a> {
 }
 
 impl Symbols for Counted<'_> {
+    const IS_GIVEN: bool = false;
+
     fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool {
         let place = core::ptr::from_ref(model).addr().wrapping_sub(self.base);
         let bit = self.decoder.bit(model, bit);
         self.counts.entry(place).or_default()[usize::from(bit)] += 1;
         bit
+    }
+
+    fn side(&mut self, model: &mut BitModel, bit: bool) -> bool {
+        self.bit(model, bit)
     }
 
     fn raw(&mut self, value: u32, count: u32) -> u32 {

@@ -20,6 +20,7 @@ impl Magnitude {
         Self { prefix: [BitModel::EVEN; PREFIXES], first_suffix: [BitModel::EVEN; PREFIXES] }
     }
 
+    #[inline(always)]
     pub(super) fn code(&mut self, symbols: &mut impl Symbols, value: u32) -> u32 {
         let bits = u32::BITS - (value.wrapping_add(1) | 1).leading_zeros() - 1;
         let mut length = 0;

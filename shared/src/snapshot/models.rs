@@ -48,18 +48,39 @@ pub(super) const STRIP: usize = 8;
 /// What a strip is foretold from beside the last delta: of its elements, or of those beside them, one above another.
 pub(super) type Hints = [i16x8; 8];
 
-/// Context of how far above the nearest quantum, from four parts below on.
-const FRACTION: [u8; 8] = [3, 3, 2, 1, 0, 1, 2, 3];
-
 /// What is known of an element before its difference is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outlook {
-    /// What the last delta and the hints foretell, in parts of a quantum.
-    pub(super) predicted: i32,
-    /// How far neighbours' predictions were off, weighted to a sum of eight, in parts of a quantum.
-    pub(super) misses: u32,
-    /// One where the last delta foretells anything, and four more where the element before it, round the pot, changed.
-    pub(super) kind: usize,
+    /// What the last delta and the hints foretell, in parts of a quantum, and half a quantum more.
+    pub(super) near: i32,
+    /// How far neighbours' predictions were off, in parts of a quantum, as far as [`LEVEL`] goes.
+    pub(super) miss: u32,
+    /// Context among those of its level.
+    pub(super) place: u32,
+}
+
+impl Outlook {
+    /// As it is in [`Outlook::near`].
+    #[inline(always)]
+    pub(super) const fn near(predicted: i32) -> i32 {
+        predicted + PARTS / 2
+    }
+
+    /// Of neighbours' misses, weighted to a sum of eight.
+    #[inline(always)]
+    pub(super) fn miss(misses: u32) -> u32 {
+        ((misses + 4) / 8).min(LEVEL.len() as u32 - 1)
+    }
+
+    /// Of a `kind`: one where the last delta foretells anything, and four more where the element before it, round the pot, changed.
+    #[inline(always)]
+    pub(super) fn place(near: i32, kind: u32) -> u32 {
+        // how far from the middle between two quanta
+        let fraction = ((near & 7) - 4).unsigned_abs().min(FRACTIONS as u32 - 1);
+        let is_nothing = (near as u32) < PARTS as u32;
+        let is_little = (near.wrapping_add(2 * PARTS) as u32) < 5 * PARTS as u32;
+        fraction * KINDS as u32 + if is_nothing { kind } else { (kind & 4) + 3 - is_little as u32 }
+    }
 }
 
 /// Weights of the hints, learned as they are used.
@@ -74,9 +95,9 @@ impl Weights {
     /// A weight of one.
     const ONE: i16 = 1 << 13;
     /// µ in 2⁻¹⁶.
-    const STEP: i32 = 6000;
+    const STEP: i16 = 6000;
     /// Errors larger than this teach no more than this.
-    const ERROR_MAX: i32 = 256;
+    const ERROR_MAX: i16 = 256;
     /// Two quanta apart, eight times: what keeps small hints from teaching much.
     const NOISE: u32 = 64 * STRIP as u32;
 
@@ -106,16 +127,14 @@ impl Weights {
 
     /// Takes in by how many parts of a quantum elements were foretold wrong; those that were foretold right say 0.
     #[inline(always)]
-    pub(super) fn learn(&mut self, hints: &Hints, errors: &[i32; STRIP]) {
+    pub(super) fn learn(&mut self, hints: &Hints, errors: i16x8) {
         let energy = hints.iter().fold(i32x4::splat(0), |sum, hint| sum + hint.dot(*hint)).to_array();
         let energy = energy.iter().fold(Self::NOISE, |sum, &part| sum + part as u32);
         // ten bits at least
         let bits = u32::BITS - energy.leading_zeros();
-        let steps = errors.map(|error| {
-            let whole = (error.clamp(-Self::ERROR_MAX, Self::ERROR_MAX) * Self::STEP) << 6 >> (bits - 10);
-            whole.clamp(-0x7fff, 0x7fff) as i16
-        });
-        let steps = i16x8::new(steps);
+        let errors = errors.min(i16x8::splat(Self::ERROR_MAX)).max(i16x8::splat(-Self::ERROR_MAX));
+        let steps = errors.widening_mul(i16x8::splat(Self::STEP)) << 6 >> (bits - 10) as i32;
+        let steps = i16x8::from_i32x8_saturate(steps).max(i16x8::splat(-0x7fff));
         for (weight, hint) in self.0.iter_mut().zip(hints) {
             let [a, b, c, d] = hint.dot(steps).to_array();
             let learned = i32::from(*weight) + ((a + b + c + d + 0x8000) >> 16);
@@ -142,7 +161,7 @@ pub(super) struct Models {
     strip: [BitModel; STRIPS],
     hit: [BitModel; LEVELS * FRACTIONS * KINDS],
     sign: [BitModel; SIGN_LEVELS * FRACTIONS],
-    longer: [BitModel; LEVELS * COUNTED],
+    longer: [[BitModel; COUNTED]; LEVELS],
     rest: Magnitude,
 }
 
@@ -155,7 +174,7 @@ impl Models {
             strip: [BitModel::EVEN; STRIPS],
             hit: [BitModel::EVEN; LEVELS * FRACTIONS * KINDS],
             sign: [BitModel::EVEN; SIGN_LEVELS * FRACTIONS],
-            longer: [BitModel::EVEN; LEVELS * COUNTED],
+            longer: [[BitModel::EVEN; COUNTED]; LEVELS],
             rest: Magnitude::new(),
         }
     }
@@ -178,22 +197,14 @@ impl Models {
     /// The difference of one element, and whether it was foretold right.
     #[inline(always)]
     pub(super) fn element(&mut self, symbols: &mut impl Symbols, outlook: &Outlook, difference: i16) -> (i16, bool) {
-        // −4 to 3 parts above the nearest quantum
-        let near = outlook.predicted + PARTS / 2;
-        let (nearest, above) = (near >> 3, (near & 7) as usize);
-        let (fraction, is_above) = (usize::from(FRACTION[above]), above >= 4);
-        let level = usize::from(LEVEL[((outlook.misses + 4) / 8).min(63) as usize]);
-        let kind = match nearest.unsigned_abs() {
-            0 => outlook.kind,
-            1..=2 => (outlook.kind & 4) + 2,
-            _ => (outlook.kind & 4) + 3,
-        };
+        let (nearest, is_above) = (outlook.near >> 3, outlook.near & 4 != 0);
+        let (level, place) = (usize::from(LEVEL[outlook.miss as usize]), outlook.place as usize);
         let off = difference.wrapping_sub(nearest as i16);
-        if !symbols.bit(&mut self.hit[(level * FRACTIONS + fraction) * KINDS + kind], off != 0) {
+        if !symbols.bit(&mut self.hit[level * FRACTIONS * KINDS + place], off != 0) {
             return (nearest as i16, true);
         }
-        let sign = &mut self.sign[level.min(SIGN_LEVELS - 1) * FRACTIONS + fraction];
-        let is_up = symbols.bit(sign, (off > 0) != is_above) != is_above;
+        let sign = &mut self.sign[level.min(SIGN_LEVELS - 1) * FRACTIONS + place / KINDS];
+        let is_up = symbols.side(sign, (off > 0) != is_above) != is_above;
         let size = self.magnitude(symbols, level, u32::from(off.unsigned_abs()).wrapping_sub(1)) + 1;
         let off = if is_up { size as i16 } else { (size as i16).wrapping_neg() };
         ((nearest as i16).wrapping_add(off), false)
@@ -202,8 +213,8 @@ impl Models {
     /// A number from zero up: counted as far as contexts go.
     #[inline(always)]
     fn magnitude(&mut self, symbols: &mut impl Symbols, level: usize, value: u32) -> u32 {
-        for count in 0..COUNTED as u32 {
-            if !symbols.bit(&mut self.longer[level * COUNTED + count as usize], value > count) {
+        for (count, longer) in (0..).zip(&mut self.longer[level]) {
+            if !symbols.bit(longer, value > count) {
                 return count;
             }
         }
@@ -223,7 +234,7 @@ impl Models {
             &mut self.strip,
             &mut self.hit,
             &mut self.sign,
-            &mut self.longer,
+            self.longer.as_flattened_mut(),
             prefix,
             first_suffix,
         ];

@@ -158,51 +158,56 @@ pub(super) const fn padded_rows(shape: GridShape) -> usize {
     shape.rows() as usize + 2 + 8
 }
 
-/// Three neighbouring columns of what is foretold, padded.
+/// What is foretold of a band's columns and one on either side, padded.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Foretold {
-    before: Vec<i16>,
-    here: Vec<i16>,
-    after: Vec<i16>,
+    /// `[columns][padded rows]`.
+    columns: Vec<i16>,
+    rows: usize,
+    /// Where the middle one of three neighbouring columns begins.
+    middle: usize,
 }
 
 impl Foretold {
-    /// Begins at a column; `rows` are those that will be asked for.
+    /// Works out a band's columns, all of them before the first is asked for; `rows` are those that will be.
     #[inline(always)]
-    pub(super) fn begin(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
+    pub(super) fn begin(&mut self, turned: &Turned, band: core::ops::Range<u32>, rows: core::ops::Range<usize>) {
         let length = padded_rows(turned.last.layout().shape());
-        for part in [&mut self.before, &mut self.here, &mut self.after] {
-            part.clear();
-            part.resize(length, 0);
+        if self.rows != length {
+            self.columns.clear();
+            self.rows = length;
         }
-        turned.column_into(column + turned.columns - 1, rows.clone(), &mut self.here[rows.start + 1..]);
-        turned.column_into(column, rows.clone(), &mut self.after[rows.start + 1..]);
+        let columns = band.start + turned.columns - 1..band.end + turned.columns + 1;
+        // what stays from another band is in rows that nobody asks for, and the padding is never written
+        self.columns.resize(self.columns.len().max(columns.len() * length), 0);
+        for (foretold, column) in self.columns.chunks_exact_mut(length).zip(columns) {
+            turned.column_into(column, rows.clone(), &mut foretold[rows.start + 1..]);
+        }
+        self.middle = 0;
     }
 
-    /// Moves on, so that `column` is the middle one.
+    /// Moves on by a column, from the one before the band on.
     #[inline(always)]
-    pub(super) fn advance(&mut self, turned: &Turned, column: u32, rows: core::ops::Range<usize>) {
-        core::mem::swap(&mut self.before, &mut self.here);
-        core::mem::swap(&mut self.here, &mut self.after);
-        turned.column_into(column + 1, rows.clone(), &mut self.after[rows.start + 1..]);
+    pub(super) const fn advance(&mut self) {
+        self.middle += self.rows;
     }
 
     /// Eight rows of the column before, from a padded one on.
     #[inline(always)]
     pub(super) fn before(&self, row: usize) -> i16x8 {
-        eight(&self.before, row)
+        eight(&self.columns, self.middle - self.rows + row)
     }
 
     /// The same of the middle one.
     #[inline(always)]
     pub(super) fn here(&self, row: usize) -> i16x8 {
-        eight(&self.here, row)
+        eight(&self.columns, self.middle + row)
     }
 
     /// The same of the one after it.
     #[inline(always)]
     pub(super) fn after(&self, row: usize) -> i16x8 {
-        eight(&self.after, row)
+        eight(&self.columns, self.middle + self.rows + row)
     }
 }
 

@@ -85,7 +85,7 @@ impl Publisher {
     /// Every tile of which `is_named` says so, by surface and number, as differences to the untouched pot. For who `goes_on` with
     /// deltas, also what the chain remembers.
     pub(super) fn keyframe(&self, goes_on: bool, is_named: impl Fn(usize, u32) -> bool) -> Vec<u8> {
-        let mut encoder = Encoder::new();
+        let mut bytes = Vec::new();
         let mut models = Models::new();
         let mut planes = Vec::new();
         for (surface, grid) in self.grids.iter().enumerate() {
@@ -98,12 +98,14 @@ impl Publisher {
             plane.steepen();
             planes.push(plane);
         }
-        Chain::code_alone(&mut encoder, &mut models, &mut planes).expect("writing meets no end");
+        let encoder = Encoder::new(&mut bytes);
+        let mut encoder = Chain::code_alone(encoder, &mut models, &mut planes).expect("writing meets no end");
         if goes_on {
             let mut chain = self.chain.clone();
-            chain.code_state(&mut encoder, &mut models).expect("writing meets no end");
+            encoder = chain.code_state(encoder, &mut models).expect("writing meets no end");
         }
-        encoder.finish()
+        encoder.finish();
+        bytes
     }
 
     /// As [`super::Author::mend`].

@@ -11,7 +11,7 @@ use super::grid::{self, QuantisedGrid, Quantum, round_tile, untouched_grids};
 use super::models::Models;
 use super::plane::Plane;
 use super::{Touched, Transcript, Version};
-use crate::clay::{Conditions, Pot, SubStep};
+use crate::clay::{Conditions, Pot, SubStep, Vectors, with_vectors};
 
 /// Why a snapshot message was not applied; the replica is as before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -196,10 +196,9 @@ impl Replica {
         let mut planes: Vec<_> = layouts().map(Plane::unchanged).collect();
         let mut chain = Chain::new(layouts());
         let mut models = Models::new();
-        let mut decoder = Decoder::new(bytes);
-        Chain::code_alone(&mut decoder, &mut models, &mut planes).ok()?;
+        let mut decoder = Chain::code_alone(Decoder::new(bytes), &mut models, &mut planes).ok()?;
         if goes_on {
-            chain.code_state(&mut decoder, &mut models).ok()?;
+            decoder = chain.code_state(decoder, &mut models).ok()?;
         }
         planes.iter_mut().for_each(Plane::sum_up);
         (!decoder.is_exhausted() && !decoder.has_rest()).then_some((planes, chain))
@@ -207,15 +206,16 @@ impl Replica {
 
     /// Adds differences to the clay.
     fn commit(&mut self, version: Version, planes: &[Plane], touched: &mut Touched) {
+        let vectors = Vectors::default();
         for (surface, (grid, plane)) in self.grids.iter_mut().zip(planes).enumerate() {
             let quantum = grid.quantum();
             let clay = &mut self.pot.surfaces_mut()[surface];
             for &tile in plane.tiles() {
                 let mut any = false;
-                grid.add_tile(tile, plane, |column, first_row, steps| {
+                with_vectors!(vectors, simd => grid.add_tile(tile, plane, |column, first_row, steps| {
                     clay.set_run(column, first_row, steps, |step| quantum.radius_m(step));
                     any = true;
-                });
+                }));
                 if any {
                     touched.add(surface, tile);
                 }

@@ -7,7 +7,7 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use wide::i16x8;
+use wide::{i16x8, i32x8};
 
 use super::coder::Symbols;
 use super::models::{Models, Outlook, PACES, STRIP};
@@ -17,9 +17,9 @@ use super::tiles::TILE_SIDE;
 
 /// What hints and misses are limited to, in parts of a quantum.
 const HINT_MAX: i16 = 8191;
-/// A strip with an element below it and one above.
 /// Parts of a quantum above which a strip is of the next pace.
 const PACE_PARTS: [i16; PACES - 1] = [6, 20, 60];
+/// A strip with an element below it and one above.
 const WIDE: usize = STRIP + 2;
 
 /// The bytes end before the delta does.
@@ -65,13 +65,13 @@ impl Sweep {
     /// # Errors
     /// [`Exhausted`]; the plane then holds a part.
     #[inline(always)]
-    pub(super) fn code(
+    pub(super) fn code<S: Symbols>(
         &mut self,
-        symbols: &mut impl Symbols,
+        mut symbols: S,
         models: &mut Models,
         turned: &Turned,
         plane: &mut Plane,
-    ) -> Result<(), Exhausted> {
+    ) -> Result<S, Exhausted> {
         let layout = plane.layout();
         let length = padded_rows(layout.shape());
         self.before.clear(length);
@@ -79,31 +79,32 @@ impl Sweep {
         turned.mark_into(&mut self.is_foretold);
         let mut next_band = 0;
         for first_tile in (0..layout.tiles()).step_by(layout.tile_rows() as usize) {
-            self.code_tiles(symbols, models, plane, first_tile);
+            self.code_tiles(&mut symbols, models, plane, first_tile);
             let window = layout.window(first_tile);
             let Some(rows) = self.rows(plane) else { continue };
             if next_band != window.first_column {
                 self.here.clear(length);
             }
             next_band = window.first_column + window.columns;
-            self.foretold.begin(turned, window.first_column, rows.clone());
+            self.foretold.begin(turned, window.first_column..next_band, rows);
             for column in window.first_column..next_band {
-                self.foretold.advance(turned, column, rows.clone());
+                self.foretold.advance();
                 core::mem::swap(&mut self.before, &mut self.here);
                 // all columns of a band have the same tiles, whose rows are written anew; those before it may have others
                 if column < window.first_column + 2 {
                     self.here.clear(length);
                 }
-                self.code_column(symbols, models, plane.column_mut(column));
+                self.code_column(&mut symbols, models, plane.column_mut(column));
                 if symbols.is_exhausted() {
                     return Err(Exhausted);
                 }
             }
         }
-        Ok(())
+        Ok(symbols)
     }
 
     /// Which tiles of a band changed: leaves their numbers within it in `tile_rows`.
+    #[inline(always)]
     fn code_tiles(&mut self, symbols: &mut impl Symbols, models: &mut Models, plane: &mut Plane, first_tile: u32) {
         self.tile_rows.clear();
         let tiles = plane.layout().tile_rows();
@@ -178,9 +179,9 @@ impl Sweep {
 
     /// The elements of one strip that begins at a row.
     #[inline(always)]
-    fn code_elements(
+    fn code_elements<S: Symbols>(
         &mut self,
-        symbols: &mut impl Symbols,
+        symbols: &mut S,
         models: &mut Models,
         strip: &mut [i16; STRIP],
         length: usize,
@@ -200,38 +201,75 @@ impl Sweep {
         let something = !middle.simd_eq(i16x8::splat(0));
         let kinds = ((changed & i16x8::splat(4)) | (something & i16x8::splat(1))).to_array();
         let foretold = middle.to_array();
-        let (mut unforeseen_below, mut miss_below) =
-            (i32::from(self.here.unforeseen[row]), self.here.misses[row].into());
-        let (mut below, mut errors) = ([0_i16; STRIP], [0; STRIP]);
-        let (mut unforeseen, mut missed) = ([0_i16; STRIP], [0_u16; STRIP]);
-        for at in 0..length.min(STRIP) {
-            below[at] = unforeseen_below as i16;
-            let foretold = i32::from(foretold[at]);
-            let predicted = foretold + ((sums[at] + weight_below * unforeseen_below) >> 13);
-            let outlook = Outlook { predicted, misses: misses[at] + 2 * miss_below, kind: kinds[at] as usize };
-            let (coded, is_right) = models.element(symbols, &outlook, strip[at]);
-            strip[at] = coded;
-            let whole = i32::from(coded) * PARTS;
-            let error = whole - predicted;
-            errors[at] = if is_right { 0 } else { error };
-            unforeseen_below = (whole - foretold).clamp((-HINT_MAX).into(), HINT_MAX.into());
-            miss_below = error.unsigned_abs().min(1 << 14);
-            unforeseen[at] = unforeseen_below as i16;
-            missed[at] = miss_below as u16;
+        let predict = |at: usize, unforeseen_below: i16| {
+            i32::from(foretold[at]) + ((sums[at] + weight_below * i32::from(unforeseen_below)) >> 13)
+        };
+        // the first is that of the element below
+        let (mut unforeseen, mut missed) = ([0_i16; STRIP + 1], [0_u16; STRIP + 1]);
+        (unforeseen[0], missed[0]) = (self.here.unforeseen[row], self.here.misses[row]);
+        let mut errors = [0; STRIP];
+        if S::IS_GIVEN {
+            // nothing waits for a symbol, so that a processor can work on all at once
+            (0..STRIP).for_each(|at| unforeseen[at + 1] = less(strip[at], foretold[at]));
+            let predicted: [i32; STRIP] = core::array::from_fn(|at| predict(at, unforeseen[at]));
+            let off: [i32; STRIP] = core::array::from_fn(|at| i32::from(strip[at]) * PARTS - predicted[at]);
+            (0..STRIP).for_each(|at| missed[at + 1] = miss(off[at]));
+            if length < STRIP {
+                missed[length + 1..].fill(0);
+            }
+            let near = predicted.map(Outlook::near);
+            let mean: [u32; STRIP] = core::array::from_fn(|at| Outlook::miss(misses[at] + 2 * u32::from(missed[at])));
+            let place: [u32; STRIP] = core::array::from_fn(|at| Outlook::place(near[at], kinds[at] as u32));
+            for at in 0..length.min(STRIP) {
+                let outlook = Outlook { near: near[at], miss: mean[at], place: place[at] };
+                if !models.element(symbols, &outlook, strip[at]).1 {
+                    errors[at] = off[at];
+                }
+            }
+        } else {
+            let (mut unforeseen_below, mut missed_below) = (unforeseen[0], u32::from(missed[0]));
+            for at in 0..length.min(STRIP) {
+                let predicted = predict(at, unforeseen_below);
+                let near = Outlook::near(predicted);
+                let mean = Outlook::miss(misses[at] + 2 * missed_below);
+                let outlook = Outlook { near, miss: mean, place: Outlook::place(near, kinds[at] as u32) };
+                let (coded, is_right) = models.element(symbols, &outlook, 0);
+                let off = i32::from(coded) * PARTS - predicted;
+                if !is_right {
+                    errors[at] = off;
+                }
+                strip[at] = coded;
+                // more than is kept is in the same context
+                (unforeseen_below, missed_below) = (less(coded, foretold[at]), off.unsigned_abs());
+                (unforeseen[at + 1], missed[at + 1]) = (unforeseen_below, miss(off));
+            }
         }
         put(&mut self.here.differences, row + 1, i16x8::new(*strip));
-        put(&mut self.here.unforeseen, row + 1, i16x8::new(unforeseen));
-        self.here.misses[row + 1..][..STRIP].copy_from_slice(&missed);
-        if errors != [0; STRIP] {
+        put(&mut self.here.unforeseen, row + 1, eight(&unforeseen, 1));
+        self.here.misses[row + 1..][..STRIP].copy_from_slice(&missed[1..]);
+        let errors = i16x8::from_i32x8_saturate(i32x8::new(errors));
+        if errors != i16x8::splat(0) {
             let [first, second, third, fourth, fifth, sixth, seventh] = hints;
-            let mut hints = [first, second, third, fourth, fifth, sixth, seventh, i16x8::new(below)];
+            let mut hints = [first, second, third, fourth, fifth, sixth, seventh, eight(&unforeseen, 0)];
             if length < STRIP {
                 let there = i16x8::new(core::array::from_fn(|at| if at < length { -1 } else { 0 }));
                 hints = hints.map(|hint| hint & there);
             }
-            models.weights[pace].learn(&hints, &errors);
+            models.weights[pace].learn(&hints, errors);
         }
     }
+}
+
+/// What the last delta did not foretell of a difference, in parts of a quantum.
+#[inline(always)]
+fn less(difference: i16, foretold: i16) -> i16 {
+    (i32::from(difference) * PARTS - i32::from(foretold)).clamp((-HINT_MAX).into(), HINT_MAX.into()) as i16
+}
+
+/// How far off, as it is kept.
+#[inline(always)]
+fn miss(off: i32) -> u16 {
+    off.unsigned_abs().min(1 << 14) as u16
 }
 
 /// By which weights a strip is corrected: clay that moves fast is foretold otherwise than clay that creeps.

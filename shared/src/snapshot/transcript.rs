@@ -83,7 +83,8 @@ impl Transcript {
     /// Its bytes; `since` is the tick of the snapshot before.
     #[must_use]
     pub fn encode(&self, since: Tick) -> Vec<u8> {
-        let mut encoder = Encoder::new();
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes);
         let mut models = Models::new(since);
         for step in self.sub_steps() {
             encoder.bit(&mut models.more, true);
@@ -94,7 +95,8 @@ impl Transcript {
             models.present = now;
         }
         encoder.bit(&mut models.more, false);
-        encoder.finish()
+        encoder.finish();
+        bytes
     }
 
     /// What was encoded; `None` when the bytes are no transcript.
