@@ -13,6 +13,7 @@ mod fault;
 pub mod gamepad;
 #[cfg(feature = "inverse3")]
 pub mod inverse3;
+mod limits;
 #[cfg(feature = "openhaptics")]
 pub mod openhaptics;
 mod pointer;
@@ -27,8 +28,9 @@ use crate::sound::Rub;
 
 pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
 pub use choice::{ChoiceError, DeviceChoice, Feel, OpenedDevice, Survey, survey};
-pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, Reported, SILENCE, Watch};
+pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, SILENCE, Watch};
 pub use fault::DeviceFault;
+pub use limits::{Limits, Reported};
 pub use pointer::{Pointer, PointerDevice, pointer};
 pub use scripted::ScriptedDevice;
 pub use simulated::{HandModel, SimulatedDevice};
@@ -64,10 +66,16 @@ pub trait Device: Send {
     /// Takes how the tool rubs the clay, before the force, for a device that lets a hand feel it in another way; most do not.
     fn set_rub(&mut self, _: Rub) {}
 
-    /// What it can render; asked once, before the first tick.
+    /// What it can render; asked before the first tick and when it has become another.
     fn specs(&self) -> DeviceSpecs;
 
-    /// How the chain between it and the clay is set up, given the method's share for a small device; asked once, as the specs.
+    /// Whether it became another since it was asked last, so that the chain has to be set up anew: a device that was plugged in, or the
+    /// mouse in its place. Asked after each [`Device::position`], which had no place to give when it did.
+    fn is_another(&mut self) -> bool {
+        false
+    }
+
+    /// How the chain between it and the clay is set up, given the method's share for a small device; asked as the specs are.
     ///
     /// A device whose force comes late says so here, one that plays a stroke turns stages off, and a share that a person has
     /// chosen replaces the method's.

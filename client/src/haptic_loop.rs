@@ -135,11 +135,15 @@ impl HapticLoop {
     /// device as well.
     #[must_use]
     pub fn at(mut self, rate: LoopRate) -> Self {
-        let setup = self.device.setup(self.hand.method().felt_share());
-        let period = Seconds(rate.period().as_secs_f32());
-        self.haptics = Haptics::new(Setup { period, ..setup });
         self.rate = rate;
+        self.haptics = Haptics::new(self.setup());
         self
+    }
+
+    /// How the chain is set up for the device that is there now.
+    fn setup(&self) -> Setup {
+        let period = Seconds(self.rate.period().as_secs_f32());
+        Setup { period, ..self.device.setup(self.hand.method().felt_share()) }
     }
 
     /// The hand and its clay.
@@ -223,6 +227,9 @@ impl HapticLoop {
         self.last_turn = turn;
         let turns = self.rate.turns_a_tick() as f64;
         let reported = self.device.position(turn as f64 / turns * 1e-3).filter(|_| !self.side.status.is_lifted());
+        if self.device.is_another() {
+            self.haptics.set_up(self.setup());
+        }
         // a tool that is still on its way to this hand is not in it
         let grip = self.grip();
         let reported = reported.filter(|_| self.hand.holds(grip.0));

@@ -192,6 +192,16 @@ impl Haptics {
         }
     }
 
+    /// Goes on with another device: the chain is tuned to it and begins at rest, so that the force comes by the ramp. Guidance and a fault
+    /// last.
+    pub fn set_up(&mut self, setup: Setup) {
+        let Self { gate, mut guide, .. } = *self;
+        let fresh = Self::new(setup);
+        guide.tune(&fresh.guide);
+        *self = Self { gate, guide, ..fresh };
+        self.rest();
+    }
+
     /// The fault that keeps the force off, if any.
     #[must_use]
     pub const fn fault(&self) -> Option<Fault> {

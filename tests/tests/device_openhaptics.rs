@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use pottery_client::device::openhaptics::{MIDDLE_M, OpenHapticsDriver, OpenHapticsSettings};
-use pottery_client::device::{Axes, Calibration, Device, DrivenDevice, MIDDLE_ROOM_M, pointer};
+use pottery_client::device::{Axes, Calibration, Device, DrivenDevice, Limits, MIDDLE_ROOM_M, Pointer, pointer};
 use pottery_shared::haptics::{DeviceSpecs, Fault};
 use pottery_tests::twin::HandSession;
 use pottery_tests::twin::hdapi::{HdapiTwin, Trouble};
@@ -160,18 +160,53 @@ fn warm_motors_rest_and_the_sentence_goes_away_when_they_are_cool() {
 }
 
 #[test]
-fn device_without_force_keeps_its_place_and_gets_none() {
+fn device_that_reports_no_force_leaves_the_hand_to_the_mouse_until_a_sound_one_is_plugged_in() {
+    let twin = HdapiTwin::compile();
+    twin.set(Trouble::ZeroLimits, PRESSED, 0);
+    let (mut window, mouse) = pointer();
+    let mut session = HandSession::beside(mouse, driver(&twin, None), calibration(), DeviceSpecs::OMNI);
+    let said = session.notice().unwrap();
+    assert!(said.contains("peak force (N) = 0") && said.contains("specs=") && !said.contains('\n'), "{said}");
+    session.pass(Duration::from_millis(100));
+    assert_eq!((session.tool_m(), session.fault()), (None, None));
+    let asked = |target_m| Pointer { target_m, ..Pointer::default() };
+    window.write(asked(Some(MIDDLE_ROOM_M)));
+    session.until("the mouse has the tool", |session| session.tool_m().is_some());
+    window.write(asked(Some(MIDDLE_ROOM_M + Vec3::Y * 0.036)));
+    session.until("the clay pushes", |session| session.force_n() > 0.1);
+    assert!(twin.look().frames > 0 && twin.look().sent_n.length() == 0.0, "{:?}", twin.look());
+    window.write(asked(None));
+    // it is pulled out, and another is plugged in
+    twin.set(Trouble::Unplugged, FREE, 0);
+    session.until("it has gone", |session| session.notice().is_some_and(|said| said.contains("plug it in")));
+    twin.set(Trouble::None, FREE, 0);
+    session.until("it is there", |session| session.tool_m().is_some() && session.notice().is_none());
+    press(&mut session, &twin);
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_millis(200) {
+        session.tick();
+        // 3 N by its own word, where its kind has 3.3
+        assert!(session.force_n() <= 3.0 * (1.0 + 1e-6), "{} N", session.force_n());
+    }
+    // and the other way round
+    twin.set(Trouble::Unplugged, FREE, 0);
+    session.until("that has gone", |session| session.notice().is_some_and(|said| said.contains("plug it in")));
+    twin.set(Trouble::ZeroLimits, PRESSED, 0);
+    session.until("it is refused", |session| session.notice().is_some_and(|said| said.contains("peak force")));
+    session.pass(Duration::from_millis(100));
+    assert!(session.tool_m().is_none() && twin.look().sent_n.length() == 0.0);
+}
+
+#[test]
+fn who_names_the_kind_has_its_figures_for_those_that_make_no_sense() {
     let twin = HdapiTwin::compile();
     twin.set(Trouble::ZeroLimits, FREE, 0);
-    let mut session = session(&twin);
-    session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains("zero")));
-    session.tick();
-    assert_eq!(session.fault(), Some(Fault::Specs));
-    for step in 1..=200 {
-        twin.set(Trouble::ZeroLimits, FREE.lerp(PRESSED, step as f32 / 200.0), 0);
-        session.tick();
-        assert!(session.force_n() == 0.0 && twin.look().sent_n.length() == 0.0);
-    }
+    let limits = Limits::from(DeviceSpecs::OMNI).named();
+    let device = DrivenDevice::open(driver(&twin, None), calibration(), limits, pointer().1).unwrap();
+    assert_eq!(device.monitor().notice(), None);
+    assert_eq!(device.specs().peak_force_n, DeviceSpecs::OMNI.peak_force_n);
+    // what makes sense is believed
+    assert!((device.specs().stiffness_max_n_m - 500.0).abs() < 1e-3);
 }
 
 #[test]

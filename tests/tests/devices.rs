@@ -4,14 +4,14 @@
 
 use std::collections::BTreeSet;
 use std::process::{Command, Output, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use pottery_client::device::{
-    Axes, Calibration, Device, DeviceChoice, DeviceFault, Driver, MIDDLE_ROOM_M, Pace, Port, Reading, Reported,
-    inverse3, pointer,
+    Axes, Calibration, Device, DeviceChoice, DeviceFault, DrivenDevice, Driver, Limits, MIDDLE_ROOM_M, Pace, Pointer,
+    Port, Reading, Reported, inverse3, pointer,
 };
 use pottery_client::stroke::Stroke;
 use pottery_shared::haptics::{DeviceSpecs, Haptics, Setup};
@@ -130,6 +130,114 @@ fn a_device_that_goes_in_mid_press_has_no_force_within_two_ticks() {
     session.tick();
     assert_eq!((session.force_n(), session.tool_m()), (0.0, None));
     assert!(session.notice().unwrap().contains("pulled out"));
+}
+
+/// A device that says of itself what the test wants and is held where the test wants, m in the room; `None` while it is out.
+type Plug = Arc<Mutex<Option<(Reported, Vec3)>>>;
+
+struct Plugged(Plug);
+
+impl Driver for Plugged {
+    fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
+        let gone = || DeviceFault::Gone { device: "scripted device", reason: "it was pulled out".into() };
+        let look = |plug: &Plug| plug.lock().unwrap().ok_or_else(gone);
+        port.found("scripted".into(), look(&self.0)?.0);
+        let mut pace = Pace::new();
+        while !port.is_closing() {
+            let (_, position_m) = look(&self.0)?;
+            port.publish(Reading { position_m, velocity_m_s: None, buttons: 0 });
+            pace.wait();
+        }
+        Ok(())
+    }
+}
+
+const AIR_M: Vec3 = Vec3::new(0.095, 0.0, 0.1);
+const CLAY_M: Vec3 = Vec3::new(0.065, 0.0, 0.1);
+
+fn reported(peak_n: f32, stiffness_n_m: f32) -> Reported {
+    Reported { peak_force_n: Some(peak_n), stiffness_max_n_m: Some(stiffness_n_m), ..Reported::default() }
+}
+
+#[test]
+fn each_device_that_is_plugged_in_has_its_own_limits_and_the_chain_is_tuned_to_them() {
+    let plug: Plug = Arc::default();
+    let calibration = Calibration::new(Axes::ZUp, MIDDLE_ROOM_M).scaled(2.0).unwrap();
+    let (mut window, mouse) = pointer();
+    window.write(Pointer { target_m: Some(AIR_M), ..Pointer::default() });
+    let mut device = DrivenDevice::open(Plugged(Arc::clone(&plug)), calibration, DeviceSpecs::OMNI, mouse).unwrap();
+    let begin = Instant::now();
+    let mut until = |what: &str, holds: &dyn Fn(&DrivenDevice) -> bool| {
+        let mut changes = 0;
+        while !holds(&device) {
+            assert!(begin.elapsed() < Duration::from_secs(30), "{what}: {:?}", device.specs());
+            std::thread::sleep(Duration::from_millis(1));
+            let place = device.position(begin.elapsed().as_secs_f64());
+            let changed = device.is_another();
+            // whose limits change has no place for a tick
+            assert!(!(changed && place.is_some()), "{what}");
+            changes += u32::from(changed);
+        }
+        (changes, device.setup(0.2))
+    };
+    let (_, mouses) = until("the mouse works", &|device| device.specs() == DeviceSpecs::MOUSE);
+    // none of its own, and more of the clay
+    assert!(mouses.delay.0 == 0.0 && mouses.yields_m_n > 0.0, "{mouses:?}");
+    for (peak_n, stiffness_n_m) in [(0.5, 100.0), (2.0, 300.0)] {
+        *plug.lock().unwrap() = Some((reported(peak_n, stiffness_n_m), MIDDLE_ROOM_M));
+        // the tool goes twice as far as the hand, so that a newton a metre is half of one
+        let is_it = |device: &DrivenDevice| device.specs().stiffness_max_n_m == stiffness_n_m / 2.0;
+        let (changes, setup) = until("it is in hand", &is_it);
+        assert!(changes > 0 && setup.specs.peak_force_n == peak_n, "{setup:?}");
+        let coupling = Haptics::new(setup).coupling();
+        assert!(coupling.stiffness_n_m <= stiffness_n_m / 2.0, "{coupling:?}");
+        *plug.lock().unwrap() = None;
+        until("the mouse works again", &|device| device.specs() == DeviceSpecs::MOUSE);
+    }
+}
+
+#[test]
+fn force_keeps_to_the_peak_of_the_device_that_is_there_and_begins_at_nothing() {
+    let plug: Plug = Arc::default();
+    let calibration = Calibration::new(Axes::ZUp, MIDDLE_ROOM_M);
+    let mut session = HandSession::new(Plugged(Arc::clone(&plug)), calibration, DeviceSpecs::OMNI);
+    // each deeper than the last, which has pressed the clay to where it was
+    for (peak_n, wanted_n, deeper_m) in [(0.2, 0.18, 0.0), (3.0, 0.3, 4e-3), (0.2, 0.18, 8e-3)] {
+        *plug.lock().unwrap() = Some((reported(peak_n, 700.0), CLAY_M - Vec3::X * deeper_m));
+        let (mut most_n, mut first_n) = (0.0_f32, None);
+        session.until("the clay pushes as hard as the device may, or harder than the last one might", |session| {
+            let force_n = session.force_n();
+            most_n = most_n.max(force_n);
+            first_n = first_n.or(Some(force_n).filter(|force_n| *force_n > 0.0));
+            assert!(force_n <= peak_n * (1.0 + 1e-6), "{force_n} N of {peak_n} N");
+            force_n > wanted_n
+        });
+        // 100 N/s
+        assert!(first_n.unwrap() < 0.1001, "{first_n:?} N of {most_n} N");
+        *plug.lock().unwrap() = None;
+        session.until("it has gone", |session| session.force_n() == 0.0 && session.notice().is_some());
+    }
+}
+
+#[test]
+fn limits_that_make_no_sense_are_refused_whichever_they_are() {
+    let limits = Limits::from(DeviceSpecs::OMNI).at_most([Some(1.0), Some(100.0)]);
+    for odd in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let none = Reported::default();
+        for (figure, reported) in [
+            ("peak", Reported { peak_force_n: Some(odd), ..none }),
+            ("continuous", Reported { continuous_force_n: Some(odd), ..none }),
+            ("stiffness", Reported { stiffness_max_n_m: Some(odd), ..none }),
+            ("damping", Reported { damping_max_ns_m: Some(odd), ..none }),
+        ] {
+            // no damping is damping enough, and no force for long is more than the peak
+            let makes_sense = (figure == "damping" && odd == 0.0) || (figure == "continuous" && odd == f32::INFINITY);
+            assert_eq!(limits.of(reported).is_ok(), makes_sense, "{figure} = {odd}");
+            // the person's wish holds whatever stands in
+            let named = limits.named().of(reported).unwrap();
+            assert_eq!((named.peak_force_n, named.stiffness_max_n_m), (1.0, 100.0), "{figure} = {odd}");
+        }
+    }
 }
 
 #[test]

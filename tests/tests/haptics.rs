@@ -4,7 +4,9 @@
 
 use glam::Vec3;
 use pottery_shared::clay::{Material, Preset};
-use pottery_shared::haptics::{Coupling, DeviceSpecs, Haptics, PRESETS, Setup, Stages, Touch, VelocityEstimate, Wet};
+use pottery_shared::haptics::{
+    Coupling, DeviceSpecs, Fault, Guidance, GuidanceMode, Haptics, PRESETS, Setup, Stages, Touch, VelocityEstimate, Wet,
+};
 use pottery_shared::tool::Position;
 use pottery_shared::units::Seconds;
 use pottery_tests::dice::Dice;
@@ -186,6 +188,36 @@ fn still_clay_holds_a_tool_until_it_is_pulled_harder_than_it_sticks() {
     assert!((0.2e-3..0.45e-3).contains(&aside[let_go].0), "lets go at {} mm", aside[let_go].0 * 1e3);
     let (device_m, tool_m) = aside[999];
     assert!((0.2e-3..0.45e-3).contains(&(device_m - tool_m)), "it is dragged {} mm behind", (device_m - tool_m) * 1e3);
+}
+
+#[test]
+fn chain_of_another_device_is_tuned_to_it_and_its_force_comes_by_the_ramp() {
+    let (at_m, falcon) = (Vec3::X * -2e-3, DeviceSpecs::preset("falcon").unwrap().specs);
+    let mut chain = Haptics::new(Setup { delay: Seconds(2e-3), ..Setup::for_device(DeviceSpecs::OMNI, 0.2) });
+    chain.guide(Some(Guidance::new(GuidanceMode::ALL[0], 1.0)));
+    let guided = chain.guided();
+    assert!(guided.is_some());
+    let setup = Setup { delay: Seconds(3e-3), ..Setup::for_device(falcon, 0.2) };
+    let mut before_n = 0.0;
+    for tick in 0..1000 {
+        if tick == 500 {
+            chain.set_up(setup);
+            assert_eq!((chain.coupling(), chain.guided()), (Haptics::new(setup).coupling(), guided));
+            assert_eq!(chain.tool_m(), None);
+            before_n = 0.0;
+        }
+        let centre = chain.accept(Some(at_m), None, DT).unwrap();
+        let force_n = chain.render(&wall(centre, None)).length();
+        // 100 N/s
+        assert!((tick % 500 > 10) || force_n - before_n < 0.1001, "tick {tick}: {before_n} N, then {force_n} N");
+        before_n = force_n;
+    }
+    assert!(before_n > 0.3, "{before_n} N");
+    // limits that make no sense keep the force off, and sound ones bring it back
+    chain.set_up(Setup::for_device(DeviceSpecs { peak_force_n: 0.0, ..falcon }, 0.2));
+    assert_eq!((chain.accept(Some(at_m), None, DT), chain.fault()), (None, Some(Fault::Specs)));
+    chain.set_up(setup);
+    assert!(chain.accept(Some(at_m), None, DT).is_some() && chain.fault().is_none());
 }
 
 #[test]

@@ -21,7 +21,7 @@ fn body<'a>(source: &'a [String], path: &str, function: &str) -> &'a [String] {
 }
 
 /// What a tick goes through, file by file.
-const TICK_PATH: [(&str, &[&str]); 21] = [
+const TICK_PATH: [(&str, &[&str]); 23] = [
     (
         "client/src/haptic_loop.rs",
         &[
@@ -32,6 +32,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
             "follow_teacher",
             "between",
             "read",
+            "setup",
             "grip",
             "let_go",
             "put_away",
@@ -69,9 +70,23 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     ),
     (
         "client/src/device/driven.rs",
-        &["position", "velocity", "buttons", "tool", "orientation", "set_rub", "set_force"],
+        &[
+            "position",
+            "velocity",
+            "buttons",
+            "tool",
+            "orientation",
+            "set_rub",
+            "set_force",
+            "specs",
+            "is_another",
+            "setup",
+        ],
     ),
-    ("client/src/device/pointer.rs", &["asked", "position", "glided", "tool", "orientation", "set_force"]),
+    (
+        "client/src/device/pointer.rs",
+        &["asked", "position", "glided", "tool", "orientation", "set_force", "specs", "setup"],
+    ),
     ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
     (
         "shared/src/prediction/hand.rs",
@@ -82,6 +97,9 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     (
         "shared/src/haptics.rs",
         &[
+            "for_device",
+            "new",
+            "set_up",
             "is_taken_over",
             "accept",
             "guide",
@@ -100,6 +118,7 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     (
         "shared/src/haptics/guidance.rs",
         &[
+            "tune",
             "is_taken_over",
             "order",
             "lead",
@@ -122,6 +141,8 @@ const TICK_PATH: [(&str, &[&str]); 21] = [
     ("shared/src/haptics/guidance/noise.rs", &["pass", "roll"]),
     ("shared/src/haptics/guidance/tank.rs", &["pay_in", "add", "share", "stored_j"]),
     ("shared/src/haptics/given.rs", &["acted", "note"]),
+    ("shared/src/haptics/coupling.rs", &["tuned", "stiffness_limit"]),
+    ("shared/src/haptics/specs.rs", &["checked"]),
     ("shared/src/haptics/gate.rs", &["check", "fail", "recover"]),
     ("shared/src/haptics/proxy.rs", &["is_free", "follow", "meet", "forget"]),
     ("shared/src/haptics/drag.rs", &["of", "slip_m"]),

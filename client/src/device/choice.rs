@@ -11,7 +11,8 @@ use std::sync::Arc;
 use pottery_shared::haptics::{DeviceSpecs, PRESETS};
 
 use super::{
-    Axes, Calibration, Device, DrivenDevice, Driver, HandModel, Monitor, PointerDevice, ScriptedDevice, SimulatedDevice,
+    Axes, Calibration, Device, DrivenDevice, Driver, HandModel, Limits, Monitor, PointerDevice, ScriptedDevice,
+    SimulatedDevice,
 };
 use crate::stroke::{Stroke, StrokeError};
 
@@ -29,9 +30,7 @@ use crate::stroke::{Stroke, StrokeError};
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceChoice {
     kind: Kind,
-    specs: DeviceSpecs,
-    /// Largest force and stiffness that the person wants, N and N/m.
-    limits: [Option<f32>; 2],
+    limits: Limits,
     scale: f32,
 }
 
@@ -180,7 +179,7 @@ fn look_for(name: &'static str) -> Result<String, String> {
 impl Default for DeviceChoice {
     /// The mouse.
     fn default() -> Self {
-        Self { kind: Kind::Mouse, specs: DeviceSpecs::MOUSE, limits: [None; 2], scale: 1.0 }
+        Self { kind: Kind::Mouse, limits: DeviceSpecs::MOUSE.into(), scale: 1.0 }
     }
 }
 
@@ -266,7 +265,7 @@ impl DeviceChoice {
         pointer: PointerDevice,
     ) -> std::io::Result<OpenedDevice> {
         let calibration = Calibration::new(axes, middle_m).scaled(self.scale).map_err(std::io::Error::other)?;
-        let device = DrivenDevice::open(driver, calibration, self.specs, pointer)?.limited(self.limits);
+        let device = DrivenDevice::open(driver, calibration, self.limits, pointer)?;
         let monitor = Some(device.monitor());
         Ok(OpenedDevice { device: Box::new(device), monitor })
     }
@@ -313,10 +312,13 @@ impl Parameters {
         Ok(Some(Arc::new(Stroke::read(file)?)))
     }
 
-    /// A preset's specs by name.
-    fn specs(&mut self, usual: &'static str) -> Result<DeviceSpecs, ChoiceError> {
-        let name = self.text("specs").unwrap_or_else(|| usual.to_owned());
-        DeviceSpecs::preset(&name).map(|preset| preset.specs).ok_or_else(|| ChoiceError::Value {
+    /// A preset's limits by name, or the usual ones.
+    fn limits(&mut self, usual: &'static str) -> Result<Limits, ChoiceError> {
+        let named = self.text("specs");
+        let is_named = named.is_some();
+        let name = named.unwrap_or_else(|| usual.to_owned());
+        let limits = DeviceSpecs::preset(&name).map(|preset| Limits::from(preset.specs));
+        limits.map(|limits| if is_named { limits.named() } else { limits }).ok_or_else(|| ChoiceError::Value {
             key: "specs".into(),
             value: name,
             allowed: format!("one of {}", PRESETS.map(|preset| preset.name).join(", ")),
@@ -372,10 +374,10 @@ impl DeviceChoice {
             "falcon" => (falcon(given)?, "falcon"),
             _ => return Err(ChoiceError::Unknown { name: name.to_owned() }),
         };
-        let specs = given.specs(usual)?;
-        let limits = [given.number("peak", 0.01, 100.0)?, given.number("stiffness", 1.0, 1e5)?];
+        let limits = given.limits(usual)?;
+        let limits = limits.at_most([given.number("peak", 0.01, 100.0)?, given.number("stiffness", 1.0, 1e5)?]);
         let scale = given.number("scale", Calibration::SCALE_MIN, Calibration::SCALE_MAX)?.unwrap_or(1.0);
-        Ok(Self { kind, specs, limits, scale })
+        Ok(Self { kind, limits, scale })
     }
 }
 

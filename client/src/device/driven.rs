@@ -2,7 +2,7 @@
 //!
 //! Owns the thread, the watch over both sides' silence and the sentence for the window; knows no protocol.
 //! Invariant: the tick's side neither waits, locks nor allocates, and a driver sees no force but zero when the tick is
-//! silent, the device is closing or its own reported peak is zero.
+//! silent, the device is closing or the limits that it reports were refused.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,7 +14,7 @@ use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
-use super::{Calibration, Device, DeviceFault, PointerDevice};
+use super::{Calibration, Device, DeviceFault, Limits, PointerDevice, Reported};
 use crate::sound::Rub;
 
 /// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
@@ -50,33 +50,15 @@ struct Given {
     slip_m_s: f32,
 }
 
-/// What a device says of itself, as far as it does.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reported {
-    /// Largest force, N.
-    pub peak_force_n: Option<f32>,
-    /// Largest force for as long as one likes, N.
-    pub continuous_force_n: Option<f32>,
-    /// Largest stiffness, N/m.
-    pub stiffness_max_n_m: Option<f32>,
-    /// Largest damping, N·s/m.
-    pub damping_max_ns_m: Option<f32>,
-}
-
-impl Reported {
-    /// What is known of the kind of device, with what this one says of itself in its place.
-    #[must_use]
-    pub fn over(self, kind: DeviceSpecs) -> DeviceSpecs {
-        let peak_force_n = self.peak_force_n.unwrap_or(kind.peak_force_n);
-        DeviceSpecs {
-            peak_force_n,
-            // a peak below what was known for the kind limits this too
-            continuous_force_n: self.continuous_force_n.or(kind.continuous_force_n).map(|n| n.min(peak_force_n)),
-            stiffness_max_n_m: self.stiffness_max_n_m.unwrap_or(kind.stiffness_max_n_m),
-            damping_max_ns_m: self.damping_max_ns_m.unwrap_or(kind.damping_max_ns_m),
-            ..kind
-        }
-    }
+/// What the driver's side tells the tick.
+#[derive(Clone, Copy, Debug)]
+struct Report {
+    /// The newest reading, while there is one and the device may be used.
+    reading: Option<Reading>,
+    /// What the device can render that was found last, in the room.
+    specs: DeviceSpecs,
+    /// How many were found so far.
+    found: u32,
 }
 
 /// The side of a device that may wait.
@@ -104,7 +86,8 @@ pub trait Driver: Send + 'static {
 pub struct Monitor {
     notice: Mutex<Option<String>>,
     about: Mutex<Option<String>>,
-    reported: Mutex<Reported>,
+    /// Why the device that was found is not used.
+    refused: Mutex<Option<String>>,
     /// No reading came for [`SILENCE`]; written by the tick.
     is_silent: AtomicBool,
     is_closing: AtomicBool,
@@ -121,7 +104,7 @@ impl Monitor {
     /// The sentence that the person must see, if any.
     #[must_use]
     pub fn notice(&self) -> Option<String> {
-        let said = locked(&self.notice).clone();
+        let said = locked(&self.notice).clone().or_else(|| locked(&self.refused).clone());
         let is_silent = self.is_silent.load(Ordering::Relaxed);
         said.or_else(|| {
             is_silent
@@ -154,22 +137,35 @@ impl Monitor {
 /// The driver's end.
 #[derive(Debug)]
 pub struct Port {
-    readings: triple_buffer::Input<Option<Reading>>,
+    reports: triple_buffer::Input<Report>,
     given: triple_buffer::Output<Given>,
     monitor: Arc<Monitor>,
     given_at: Instant,
+    calibration: Calibration,
+    limits: Limits,
+    /// What was told last.
+    report: Report,
+    /// Largest force that may be given, N: zero while the device is not to be used.
     peak_n: f32,
 }
 
 impl Port {
-    /// Says which device was found and what it reports of itself; from now on it has what it takes to be used.
+    /// Says which device was found and what it reports of itself. It is used from now on, unless its limits make no sense: then
+    /// the person is told so, and it is served without force and without a place.
     pub fn found(&mut self, about: String, reported: Reported) {
-        self.peak_n = match reported.peak_force_n {
-            None => f32::INFINITY,
-            Some(peak_n) if peak_n > 0.0 => peak_n,
-            Some(_) => 0.0,
+        let in_room = |specs| self.calibration.specs_in_room(specs).checked();
+        let specs = self.limits.of(reported).and_then(in_room);
+        let refused = specs.err().map(|error| {
+            format!("{error}: its force is off and the mouse works; to use a kind's limits, name it, as in specs=omni")
+        });
+        self.peak_n = specs.map_or(0.0, |specs| specs.peak_force_n);
+        self.report = Report {
+            reading: None,
+            specs: specs.unwrap_or(self.report.specs),
+            found: self.report.found.wrapping_add(1),
         };
-        *locked(&self.monitor.reported) = reported;
+        self.reports.write(self.report);
+        *locked(&self.monitor.refused) = refused;
         self.monitor.say(None);
         // last: whoever waits for the device waits for this
         *locked(&self.monitor.about) = Some(about);
@@ -182,13 +178,15 @@ impl Port {
 
     /// Hands a reading to the tick.
     pub fn publish(&mut self, reading: Reading) {
-        self.readings.write(Some(reading));
+        self.report.reading = Some(reading).filter(|_| self.peak_n > 0.0);
+        self.reports.write(self.report);
         self.monitor.exchanges.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Tells the tick that there is no position to be had.
     pub fn withdraw(&mut self) {
-        self.readings.write(None);
+        self.report.reading = None;
+        self.reports.write(self.report);
     }
 
     /// The force to give now, N in the device's frame: zero when the tick has been silent for [`SILENCE`].
@@ -287,15 +285,20 @@ impl Default for Pace {
 /// A device with a driver's thread behind it; while it has no reading the pointer works in its place.
 #[derive(Debug)]
 pub struct DrivenDevice {
-    readings: triple_buffer::Output<Option<Reading>>,
+    reports: triple_buffer::Output<Report>,
     given: triple_buffer::Input<Given>,
     slip_m_s: f32,
     monitor: Arc<Monitor>,
     thread: Option<JoinHandle<()>>,
     calibration: Calibration,
+    /// What the device can render, and which of those found it is.
     specs: DeviceSpecs,
+    found: u32,
     delay: Seconds,
     pointer: PointerDevice,
+    /// Whether the pointer works in the device's place, and whether that or the device became another since it was asked.
+    is_pointer: bool,
+    is_another: bool,
     /// The reading in use, and when the last one came, s.
     last: Option<Reading>,
     heard_s: f64,
@@ -305,65 +308,58 @@ pub struct DrivenDevice {
 impl DrivenDevice {
     /// Starts the driver and waits for a first reading, for at most two seconds.
     ///
-    /// `kind` is what is known of this kind of device; what it reports of itself stands in its place. `pointer` brings
-    /// the tool, and works while the device is not there.
+    /// `limits` is what is known of this kind of device; what it reports of itself each time it is found stands in its place.
+    /// `pointer` brings the tool, and works while the device is not there.
     ///
     /// # Errors
-    /// What the system says when it has no thread.
+    /// What the system says when it has no thread, or what is wrong with a kind that no device can be of.
     pub fn open(
         driver: impl Driver,
         calibration: Calibration,
-        kind: DeviceSpecs,
+        limits: impl Into<Limits>,
         pointer: PointerDevice,
     ) -> std::io::Result<Self> {
-        let (reading_in, readings) = triple_buffer::TripleBuffer::new(&None).split();
+        let limits = limits.into();
+        let kind = limits.of(Reported::default()).map_err(std::io::Error::other)?;
+        let report = Report { reading: None, specs: calibration.specs_in_room(kind), found: 0 };
+        let (reports_in, mut reports) = triple_buffer::TripleBuffer::new(&report).split();
         let (given, given_out) = triple_buffer::TripleBuffer::new(&Given::default()).split();
         let monitor = Arc::new(Monitor::default());
         let delay = driver.delay();
         let port = Port {
-            readings: reading_in,
+            reports: reports_in,
             given: given_out,
             monitor: Arc::clone(&monitor),
             given_at: Instant::now(),
-            peak_n: f32::INFINITY,
+            calibration,
+            limits,
+            report,
+            peak_n: 0.0,
         };
         let thread = std::thread::Builder::new().name("device".into()).spawn(move || supervise(driver, port))?;
         let begin = Instant::now();
         while begin.elapsed() < FIRST_READING && monitor.about().is_none() && monitor.notice().is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
-        let specs = calibration.specs_in_room(locked(&monitor.reported).over(kind));
+        let &Report { specs, found, .. } = reports.read();
         let (thread, turned) = (Some(thread), Orientation::default());
         Ok(Self {
-            readings,
+            reports,
             given,
             slip_m_s: 0.0,
             monitor,
             thread,
             calibration,
             specs,
+            found,
             delay,
             pointer,
+            is_pointer: false,
+            is_another: false,
             last: None,
             heard_s: f64::NEG_INFINITY,
             turned,
         })
-    }
-
-    /// Gives no more force or stiffness than a person wants, N and N/m in the device's frame.
-    #[must_use]
-    pub fn limited(mut self, [peak_n, stiffness_n_m]: [Option<f32>; 2]) -> Self {
-        let wish = DeviceSpecs {
-            peak_force_n: peak_n.unwrap_or(f32::INFINITY),
-            stiffness_max_n_m: stiffness_n_m.unwrap_or(f32::INFINITY),
-            ..self.specs
-        };
-        let wish = self.calibration.specs_in_room(wish);
-        self.specs.peak_force_n = self.specs.peak_force_n.min(wish.peak_force_n);
-        self.specs.stiffness_max_n_m = self.specs.stiffness_max_n_m.min(wish.stiffness_max_n_m);
-        let peak_force_n = self.specs.peak_force_n;
-        self.specs.continuous_force_n = self.specs.continuous_force_n.map(|force_n| force_n.min(peak_force_n));
-        self
     }
 
     /// What the window may look at.
@@ -402,14 +398,18 @@ impl Device for DrivenDevice {
         let pointed_m = self.pointer.position(seconds);
         // these devices do not turn their tool: keys do
         self.turned = self.turned.towards(self.pointer.asked().orientation, TURN_SHARE);
-        if self.readings.update() {
+        if self.reports.update() {
             self.heard_s = seconds;
         }
-        let is_silent = self.readings.output_buffer().is_some() && seconds - self.heard_s > SILENCE.as_secs_f64();
+        let &Report { reading, specs, found } = self.reports.output_buffer();
+        let is_silent = reading.is_some() && seconds - self.heard_s > SILENCE.as_secs_f64();
         self.monitor.is_silent.store(is_silent, Ordering::Relaxed);
-        let reading = self.readings.output_buffer().filter(|_| !is_silent);
-        let has_changed_hands = reading.is_some() != self.last.is_some();
-        self.last = reading;
+        let reading = reading.filter(|_| !is_silent);
+        let has_changed_hands = reading.is_none() != self.is_pointer || found != self.found;
+        (self.last, self.is_pointer) = (reading, reading.is_none());
+        if has_changed_hands {
+            (self.specs, self.found, self.is_another) = (specs, found, true);
+        }
         let Some(reading) = reading else {
             // a tick without a tool between two that are in different places
             return pointed_m.filter(|_| !has_changed_hands);
@@ -450,12 +450,20 @@ impl Device for DrivenDevice {
         });
     }
 
+    /// The pointer's own while it works in the device's place.
     fn specs(&self) -> DeviceSpecs {
-        self.specs
+        if self.is_pointer { self.pointer.specs() } else { self.specs }
+    }
+
+    fn is_another(&mut self) -> bool {
+        std::mem::take(&mut self.is_another)
     }
 
     /// Tuned to the time that a force takes to come.
     fn setup(&self, share_of_small: f32) -> Setup {
+        if self.is_pointer {
+            return self.pointer.setup(share_of_small);
+        }
         Setup { delay: self.delay, ..Setup::for_device(self.specs, share_of_small) }
     }
 

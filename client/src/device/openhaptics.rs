@@ -101,13 +101,7 @@ const fn meaning(code: u32) -> &'static str {
 impl Driver for OpenHapticsDriver {
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
         let (api, device) = self.open()?;
-        let reported = reported(&api);
-        port.found(api.model(), reported);
-        if reported.peak_force_n == Some(0.0) {
-            port.notify(Some(
-                "the device reports a largest force of zero: it gives none; set it up with its vendor's program".into(),
-            ));
-        }
+        port.found(api.model(), reported(&api));
         let served = serve(&api, device, port);
         api.close(device);
         served

@@ -60,11 +60,15 @@ impl Correction {
 pub(super) struct Ramp {
     given_n: Vec3,
     is_follower: bool,
+    passed_s: f32,
 }
 
 impl Ramp {
     /// How fast the force comes, N/s: a tenth of a newton in a tick of 1 kHz.
     const RATE_N_S: f32 = 100.0;
+    /// For so long after a pause nothing is followed yet, s: a proxy that begins in the clay has no force at first, and finds its place in
+    /// ten Newton steps.
+    const SETTLES_S: f32 = 0.01;
     /// A tick that is longer is a loop that stood still.
     const STALL_S: f32 = 3.5e-3;
     const TICK_S: f32 = 1e-3;
@@ -76,7 +80,8 @@ impl Ramp {
         }
         let change_n = force_n - self.given_n;
         let most_n = Self::RATE_N_S * dt.0.min(Self::TICK_S);
-        self.is_follower |= change_n.length() <= most_n;
+        self.passed_s += dt.0.min(Self::TICK_S);
+        self.is_follower |= self.passed_s > Self::SETTLES_S && change_n.length() <= most_n;
         self.given_n = if self.is_follower { force_n } else { self.given_n + change_n.clamp_length_max(most_n) };
         self.given_n
     }

@@ -21,7 +21,7 @@ pub enum Fault {
     #[error("the clay answered with a force that makes no sense; the force is off")]
     Force,
     /// The device's limits are zero, or none.
-    #[error("the device reports limits that make no sense; the force is off: give its limits in the settings")]
+    #[error("the device reports limits that make no sense; the force is off")]
     Specs,
 }
 

@@ -239,6 +239,11 @@ impl Guide {
         }
     }
 
+    /// Goes on with the device that another stage was made for.
+    pub(super) const fn tune(&mut self, other: &Self) {
+        self.limits = other.limits;
+    }
+
     /// Begins to be guided, goes on otherwise, or ends: then the force is zero at once, and a tool that was in two hands is lifted
     /// for a moment, so that it is not drawn through the clay to where the student's hand is.
     pub(super) fn order(&mut self, order: Option<Guidance>) {

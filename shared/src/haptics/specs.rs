@@ -30,9 +30,7 @@ pub struct DeviceSpecs {
 
 /// A device reports what it cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the device reports {field} = {value}, which makes no sense (allowed: {min} to {max}); give its limits in the settings"
-)]
+#[error("the device reports {field} = {value}, which makes no sense (allowed: {min} to {max})")]
 pub struct SpecsError {
     /// Name of the quantity, with its unit.
     pub field: &'static str,

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use pottery_client::HapticLoop;
 use pottery_client::boundary::{NetSide, boundary};
-use pottery_client::device::{Calibration, DrivenDevice, Driver, Monitor, pointer};
+use pottery_client::device::{Calibration, DrivenDevice, Driver, Limits, Monitor, PointerDevice, pointer};
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
-use pottery_shared::haptics::{DeviceSpecs, Fault};
+use pottery_shared::haptics::Fault;
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::rack;
 use pottery_shared::units::Tick;
@@ -34,9 +34,22 @@ impl HandSession {
     /// # Panics
     /// When there is no thread or no pot to be had.
     #[must_use]
-    pub fn new(driver: impl Driver, calibration: Calibration, kind: DeviceSpecs) -> Self {
-        let (_, pointer) = pointer();
-        let device = DrivenDevice::open(driver, calibration, kind, pointer).expect("a thread for the driver");
+    pub fn new(driver: impl Driver, calibration: Calibration, limits: impl Into<Limits>) -> Self {
+        Self::beside(pointer().1, driver, calibration, limits)
+    }
+
+    /// The same with a mouse beside it that the test moves.
+    ///
+    /// # Panics
+    /// When there is no thread or no pot to be had.
+    #[must_use]
+    pub fn beside(
+        mouse: PointerDevice,
+        driver: impl Driver,
+        calibration: Calibration,
+        limits: impl Into<Limits>,
+    ) -> Self {
+        let device = DrivenDevice::open(driver, calibration, limits, mouse).expect("a thread for the driver");
         let monitor = device.monitor();
         let field = Field::new(Pot::new(PotSpec::default()).expect("the default pot"), Tick(0));
         let (side, net) = boundary(&Patch { field, conditions: Conditions::default(), rack: rack::standard() });
