@@ -17,6 +17,7 @@ mod limits;
 #[cfg(feature = "openhaptics")]
 pub mod openhaptics;
 mod pointer;
+mod rhythm;
 mod scripted;
 mod simulated;
 

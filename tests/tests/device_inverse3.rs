@@ -100,7 +100,7 @@ fn clay_pushes_the_cursor_towards_the_person() {
 fn service_that_breaks_its_rules_loses_the_device_until_it_keeps_them() {
     for (trouble, said) in [
         (Trouble::Silent, "not answered"),
-        (Trouble::Late, "not answered"),
+        (Trouble::Late(200), "not answered"),
         (Trouble::Twice, "one reply"),
         (Trouble::Garbage, "JSON"),
         (Trouble::Stateless, "cursor_position"),
@@ -118,6 +118,66 @@ fn service_that_breaks_its_rules_loses_the_device_until_it_keeps_them() {
         twin.hold_at(FREE);
         session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
     }
+}
+
+/// Presses until the clay pushes and lets the service do something late, again and again until it is felt as none.
+fn late(session: &mut HandSession, twin: &HaplyTwin, trouble: Trouble) {
+    press(session, twin);
+    session.until("the clay is felt", |session| session.force_n() > 0.1);
+    let mut ticks = 0;
+    session.until("there is no force", |session| {
+        if ticks % 200 == 0 {
+            twin.with(|state| state.trouble = trouble);
+        }
+        ticks += 1;
+        session.force_n() == 0.0
+    });
+    assert_eq!(session.tool_m(), None);
+}
+
+#[test]
+fn one_late_answer_takes_the_force_away_without_a_word_and_it_fades_in_again() {
+    for late_ms in [10, 30] {
+        let twin = HaplyTwin::start(FREE);
+        let mut session = session(&twin);
+        late(&mut session, &twin, Trouble::LateOnce(late_ms));
+        let mut before_n = 0.0;
+        session.until("the clay is felt again", |session| {
+            let force_n = session.force_n();
+            // 100 N/s, until it is as large as wanted
+            assert!(force_n - before_n < 0.1001 || before_n > 0.1, "{before_n} N, then {force_n} N");
+            before_n = force_n;
+            assert_eq!(session.notice(), None);
+            force_n > 0.1
+        });
+    }
+}
+
+#[test]
+fn service_that_always_answers_ten_milliseconds_late_is_a_slow_one_and_felt_as_one() {
+    let twin = HaplyTwin::start(FREE);
+    let mut session = session(&twin);
+    late(&mut session, &twin, Trouble::Late(10));
+    let ten = Duration::from_millis(10);
+    let interval = |session: &HandSession| session.monitor().interval().unwrap_or_default();
+    session.until("it is in hand", |session| session.tool_m().is_some() && interval(session) >= ten);
+    assert_eq!(session.notice(), None);
+    twin.with(|state| state.trouble = Trouble::None);
+    session.until("it is a fast one", |session| session.tool_m().is_some() && interval(session) < ten / 2);
+}
+
+#[test]
+fn service_that_always_answers_thirty_milliseconds_late_gives_no_force_until_it_answers_in_time() {
+    let twin = HaplyTwin::start(FREE);
+    let mut session = session(&twin);
+    late(&mut session, &twin, Trouble::Late(30));
+    session.until("it is said", |session| {
+        assert_eq!((session.force_n(), session.tool_m()), (0.0, None));
+        session.notice().is_some_and(|said| said.contains("late again and again"))
+    });
+    session.until("the device has none", |_| twin.force_n() == Vec3::ZERO);
+    twin.with(|state| state.trouble = Trouble::None);
+    session.until("it is back", |session| session.force_n() > 0.1 && session.notice().is_none());
 }
 
 #[test]

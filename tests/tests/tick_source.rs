@@ -21,7 +21,7 @@ fn body<'a>(source: &'a [String], path: &str, function: &str) -> &'a [String] {
 }
 
 /// What a tick goes through, file by file.
-const TICK_PATH: [(&str, &[&str]); 23] = [
+const TICK_PATH: [(&str, &[&str]); 24] = [
     (
         "client/src/haptic_loop.rs",
         &[
@@ -87,6 +87,7 @@ const TICK_PATH: [(&str, &[&str]); 23] = [
         "client/src/device/pointer.rs",
         &["asked", "position", "glided", "tool", "orientation", "set_force", "specs", "setup"],
     ),
+    ("client/src/device/rhythm.rs", &["late_after_s"]),
     ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
     (
         "shared/src/prediction/hand.rs",

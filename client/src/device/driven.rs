@@ -4,7 +4,7 @@
 //! Invariant: the tick's side neither waits, locks nor allocates, and a driver sees no force but zero when the tick is
 //! silent, the device is closing or the limits that it reports were refused.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,16 +14,20 @@ use pottery_shared::haptics::{DeviceSpecs, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
+use super::rhythm::{LONGEST_S, Rhythm, late_after_s};
 use super::{Calibration, Device, DeviceFault, Limits, PointerDevice, Reported};
 use crate::sound::Rub;
 
 /// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
-/// desktop system take up to 30 ms.
+/// desktop system take up to 30 ms. Force and tool are taken away sooner, as soon as a reading is late by the device's own rhythm.
 pub const SILENCE: Duration = Duration::from_millis(50);
 /// Time between two tries to open a device that is not there.
 const RETRY: Duration = Duration::from_millis(500);
 /// How long opening waits for the first reading, so that the loop knows what the device reports of itself.
 const FIRST_READING: Duration = Duration::from_secs(2);
+
+/// How long readings may come out of time before it is said and the mouse works: more than a judgement of the slowest device takes.
+const UNSTEADY: Duration = Duration::from_secs(1);
 
 /// Longest way of a reading through the tick and of its force to the next exchange: a period of each.
 pub const ROUND: Seconds = Seconds(2.0 * Tick::PERIOD.0);
@@ -59,6 +63,9 @@ struct Report {
     specs: DeviceSpecs,
     /// How many were found so far.
     found: u32,
+    /// How often readings come, s, and whether they come in time.
+    interval_s: f32,
+    is_steady: bool,
 }
 
 /// The side of a device that may wait.
@@ -74,8 +81,8 @@ pub trait Driver: Send + 'static {
     /// Longest time from where the device is to the force that answers it, which stability has to reckon with.
     ///
     /// A reading waits for the next tick, and the force for the next exchange: [`ROUND`], and what the way to the device takes. Two
-    /// clocks of 1 kHz drift so slowly past each other that the worst lasts for seconds. Zero for a device whose force moves no
-    /// hand.
+    /// clocks of 1 kHz drift so slowly past each other that the worst lasts for seconds. What a device takes longer for a reading than a
+    /// tick is reckoned with besides. Zero for a device whose force moves no hand.
     fn delay(&self) -> Seconds {
         ROUND
     }
@@ -90,6 +97,10 @@ pub struct Monitor {
     refused: Mutex<Option<String>>,
     /// No reading came for [`SILENCE`]; written by the tick.
     is_silent: AtomicBool,
+    /// Readings have been coming out of time for [`UNSTEADY`].
+    is_unsteady: AtomicBool,
+    /// Time from one reading to the next, µs; zero while it is not known.
+    interval_us: AtomicU32,
     is_closing: AtomicBool,
     recentre: AtomicBool,
     exchanges: AtomicU64,
@@ -106,10 +117,22 @@ impl Monitor {
     pub fn notice(&self) -> Option<String> {
         let said = locked(&self.notice).clone().or_else(|| locked(&self.refused).clone());
         let is_silent = self.is_silent.load(Ordering::Relaxed);
-        said.or_else(|| {
-            is_silent
-                .then(|| "the device sends nothing: its force is off until it does, and the mouse works".to_owned())
-        })
+        let is_unsteady = self.is_unsteady.load(Ordering::Relaxed);
+        let unheard = match (is_silent, is_unsteady) {
+            (true, _) => Some("the device sends nothing: its force is off until it does, and the mouse works"),
+            (false, true) => Some(
+                "the device answers late again and again: its force is off until it answers in time, and the mouse works",
+            ),
+            (false, false) => None,
+        };
+        said.or_else(|| unheard.map(str::to_owned))
+    }
+
+    /// Time from one reading to the next, once it is known; that of a tick for a device that is faster.
+    #[must_use]
+    pub fn interval(&self) -> Option<Duration> {
+        let us = self.interval_us.load(Ordering::Relaxed);
+        (us > 0).then(|| Duration::from_micros(us.into()))
     }
 
     /// Which device it is, once it has been found: for the status line.
@@ -147,6 +170,13 @@ pub struct Port {
     report: Report,
     /// Largest force that may be given, N: zero while the device is not to be used.
     peak_n: f32,
+    /// Whether the device's force moves a hand, so that it must not come late.
+    moves_hand: bool,
+    rhythm: Rhythm,
+    /// When the last reading was handed over, and since when they come out of time; for a device that was just found, always.
+    published_at: Option<Instant>,
+    unsteady_since: Option<Instant>,
+    was_steady: bool,
 }
 
 impl Port {
@@ -163,7 +193,12 @@ impl Port {
             reading: None,
             specs: specs.unwrap_or(self.report.specs),
             found: self.report.found.wrapping_add(1),
+            is_steady: false,
+            ..self.report
         };
+        (self.rhythm, self.published_at, self.unsteady_since, self.was_steady) = (Rhythm::default(), None, None, false);
+        self.monitor.is_unsteady.store(false, Ordering::Relaxed);
+        self.monitor.interval_us.store(0, Ordering::Relaxed);
         self.reports.write(self.report);
         *locked(&self.monitor.refused) = refused;
         self.monitor.say(None);
@@ -176,15 +211,44 @@ impl Port {
         self.monitor.say(sentence);
     }
 
-    /// Hands a reading to the tick.
+    /// Hands a reading to the tick. The first of a device only show how often they come.
     pub fn publish(&mut self, reading: Reading) {
-        self.report.reading = Some(reading).filter(|_| self.peak_n > 0.0);
+        let is_used = self.keep_time() && self.peak_n > 0.0;
+        self.report.reading = Some(reading).filter(|_| is_used);
         self.reports.write(self.report);
         self.monitor.exchanges.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Learns how often readings come, and says whether the device has the hand: from when they come in time until they have come out of
+    /// time for long.
+    fn keep_time(&mut self) -> bool {
+        let now = Instant::now();
+        if let Some(before) = self.published_at.replace(now) {
+            self.rhythm.hear((now - before).as_secs_f32());
+        }
+        if self.rhythm.is_steady() {
+            self.monitor.interval_us.store((self.rhythm.interval_s() * 1e6).round() as u32, Ordering::Relaxed);
+        }
+        if !self.moves_hand {
+            // it is late when it is silent
+            (self.report.interval_s, self.report.is_steady) = (LONGEST_S, true);
+            return true;
+        }
+        (self.report.interval_s, self.report.is_steady) = (self.rhythm.interval_s(), self.rhythm.is_steady());
+        if self.rhythm.is_steady() {
+            (self.unsteady_since, self.was_steady) = (None, true);
+        }
+        let is_unsteady = !self.rhythm.is_steady() && now - *self.unsteady_since.get_or_insert(now) > UNSTEADY;
+        self.was_steady &= !is_unsteady;
+        self.monitor.is_unsteady.store(is_unsteady, Ordering::Relaxed);
+        self.was_steady
+    }
+
     /// Tells the tick that there is no position to be had.
     pub fn withdraw(&mut self) {
+        // a pause on purpose is no late reading
+        (self.published_at, self.unsteady_since) = (None, None);
+        self.monitor.is_unsteady.store(false, Ordering::Relaxed);
         self.report.reading = None;
         self.reports.write(self.report);
     }
@@ -294,6 +358,7 @@ pub struct DrivenDevice {
     /// What the device can render, and which of those found it is.
     specs: DeviceSpecs,
     found: u32,
+    interval_s: f32,
     delay: Seconds,
     pointer: PointerDevice,
     /// Whether the pointer works in the device's place, and whether that or the device became another since it was asked.
@@ -321,7 +386,9 @@ impl DrivenDevice {
     ) -> std::io::Result<Self> {
         let limits = limits.into();
         let kind = limits.of(Reported::default()).map_err(std::io::Error::other)?;
-        let report = Report { reading: None, specs: calibration.specs_in_room(kind), found: 0 };
+        let interval_s = Rhythm::default().interval_s();
+        let specs = calibration.specs_in_room(kind);
+        let report = Report { reading: None, specs, found: 0, interval_s, is_steady: false };
         let (reports_in, mut reports) = triple_buffer::TripleBuffer::new(&report).split();
         let (given, given_out) = triple_buffer::TripleBuffer::new(&Given::default()).split();
         let monitor = Arc::new(Monitor::default());
@@ -335,6 +402,11 @@ impl DrivenDevice {
             limits,
             report,
             peak_n: 0.0,
+            moves_hand: delay.0 > 0.0,
+            rhythm: Rhythm::default(),
+            published_at: None,
+            unsteady_since: None,
+            was_steady: false,
         };
         let thread = std::thread::Builder::new().name("device".into()).spawn(move || supervise(driver, port))?;
         let begin = Instant::now();
@@ -352,6 +424,7 @@ impl DrivenDevice {
             calibration,
             specs,
             found,
+            interval_s,
             delay,
             pointer,
             is_pointer: false,
@@ -401,19 +474,24 @@ impl Device for DrivenDevice {
         if self.reports.update() {
             self.heard_s = seconds;
         }
-        let &Report { reading, specs, found } = self.reports.output_buffer();
-        let is_silent = reading.is_some() && seconds - self.heard_s > SILENCE.as_secs_f64();
+        let &Report { reading, specs, found, interval_s, is_steady } = self.reports.output_buffer();
+        let waited_s = seconds - self.heard_s;
+        let is_silent = reading.is_some() && waited_s > SILENCE.as_secs_f64();
         self.monitor.is_silent.store(is_silent, Ordering::Relaxed);
-        let reading = reading.filter(|_| !is_silent);
-        let has_changed_hands = reading.is_none() != self.is_pointer || found != self.found;
-        (self.last, self.is_pointer) = (reading, reading.is_none());
+        let is_pointer = reading.is_none() || is_silent;
+        let is_in_time = is_steady && waited_s <= late_after_s(interval_s).into();
+        self.last = reading.filter(|_| !is_pointer && is_in_time);
+        let has_changed_hands = is_pointer != self.is_pointer || found != self.found || interval_s != self.interval_s;
         if has_changed_hands {
-            (self.specs, self.found, self.is_another) = (specs, found, true);
+            (self.is_pointer, self.is_another) = (is_pointer, true);
+            (self.specs, self.found, self.interval_s) = (specs, found, interval_s);
         }
-        let Some(reading) = reading else {
+        if is_pointer {
             // a tick without a tool between two that are in different places
             return pointed_m.filter(|_| !has_changed_hands);
-        };
+        }
+        // who answers late has no tool until it answers in time
+        let reading = self.last?;
         if self.monitor.recentre.swap(false, Ordering::Relaxed) {
             self.calibration.recentre(reading.position_m);
             return None;
@@ -459,12 +537,15 @@ impl Device for DrivenDevice {
         std::mem::take(&mut self.is_another)
     }
 
-    /// Tuned to the time that a force takes to come.
+    /// Tuned to the time that a force takes to come: a device that answers every four milliseconds keeps a reading, and a force, for so much
+    /// longer than [`ROUND`] has it.
     fn setup(&self, share_of_small: f32) -> Setup {
         if self.is_pointer {
             return self.pointer.setup(share_of_small);
         }
-        Setup { delay: self.delay, ..Setup::for_device(self.specs, share_of_small) }
+        let longer_s = self.interval_s - Tick::PERIOD.0;
+        let delay = if self.delay.0 > 0.0 { Seconds(self.delay.0 + 2.0 * longer_s) } else { self.delay };
+        Setup { delay, ..Setup::for_device(self.specs, share_of_small) }
     }
 
     fn close(&mut self) {

@@ -84,6 +84,13 @@ impl HandSession {
         while self.net.next_sample().is_some() {}
     }
 
+    /// One tick at once, as if a millisecond had passed.
+    pub fn hurry(&mut self) {
+        self.local += 1;
+        self.hand.tick(self.local);
+        while self.net.next_sample().is_some() {}
+    }
+
     /// Force on the hand as the loop has it, N.
     #[must_use]
     pub fn force_n(&self) -> f32 {

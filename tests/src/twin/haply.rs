@@ -20,8 +20,10 @@ pub enum Trouble {
     None,
     /// It takes messages and sends no replies.
     Silent,
-    /// It replies late, by 200 ms.
-    Late,
+    /// Its replies come late, by so many milliseconds.
+    Late(u64),
+    /// One reply does.
+    LateOnce(u64),
     /// It sends two replies for each message.
     Twice,
     /// Its replies are no JSON.
@@ -180,8 +182,12 @@ fn talk(stream: TcpStream, state: &Mutex<State>, is_closing: &AtomicBool) {
             Ok(Message::Text(text)) => {
                 look().obey(text.as_str());
                 let (trouble, reply) = {
-                    let state = look();
-                    (state.trouble, state.report(false).to_string())
+                    let mut state = look();
+                    let trouble = state.trouble;
+                    if matches!(trouble, Trouble::LateOnce(_)) {
+                        state.trouble = Trouble::None;
+                    }
+                    (trouble, state.report(false).to_string())
                 };
                 goes_on = answer(&mut socket, trouble, reply);
             }
@@ -203,8 +209,8 @@ fn answer(socket: &mut WebSocket<TcpStream>, trouble: Trouble, reply: String) ->
     let mut send = |text: String| socket.send(Message::text(text)).is_ok();
     match trouble {
         Trouble::Silent => true,
-        Trouble::Late => {
-            std::thread::sleep(Duration::from_millis(200));
+        Trouble::Late(ms) | Trouble::LateOnce(ms) => {
+            std::thread::sleep(Duration::from_millis(ms));
             send(reply)
         }
         Trouble::Twice => send(reply.clone()) && send(reply),
