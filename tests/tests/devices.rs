@@ -45,6 +45,10 @@ fn every_device_can_be_named_and_nonsense_is_refused_with_what_may_be() {
         ("falcon:specs=broom", "omega.3"),
         ("openhaptics:peak=0", "from 0.01"),
         ("simulated:mass=0", "from 0.01"),
+        ("simulated:delay=21", "from 0 to 20"),
+        ("simulated:delay=-1", "from 0 to 20"),
+        ("simulated:specs=broom", "omega.3"),
+        ("simulated:peak=0", "from 0.01"),
         ("replay", "file=FILE"),
         ("replay:file=no-such.csv", "no-such.csv"),
     ] {

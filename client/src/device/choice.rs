@@ -8,11 +8,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use pottery_shared::haptics::{DeviceSpecs, PRESETS};
+use pottery_shared::haptics::{DeviceSpecs, PRESETS, SpecsError};
+use pottery_shared::units::Seconds;
 
 use super::{
-    Axes, Calibration, Device, DrivenDevice, Driver, HandModel, Limits, Monitor, PointerDevice, ScriptedDevice,
-    SimulatedDevice,
+    Axes, Calibration, Device, DrivenDevice, Driver, HandModel, Limits, Monitor, PointerDevice, Reported,
+    ScriptedDevice, SimulatedDevice,
 };
 use crate::stroke::{Stroke, StrokeError};
 
@@ -45,8 +46,17 @@ enum Kind {
     OpenHaptics(super::openhaptics::OpenHapticsSettings),
     #[cfg(feature = "falcon")]
     Falcon(super::falcon::FalconSettings),
-    Simulated(HandModel, Option<Arc<Stroke>>),
+    Simulated(Simulated),
     Replay(Arc<Stroke>),
+}
+
+/// A simulated hand, its device and what it follows.
+#[derive(Clone, Debug, PartialEq)]
+struct Simulated {
+    hand: HandModel,
+    specs: DeviceSpecs,
+    delay: Seconds,
+    stroke: Option<Arc<Stroke>>,
 }
 
 /// Why a device cannot be chosen so.
@@ -100,6 +110,9 @@ pub enum ChoiceError {
         /// What it stands for.
         what: &'static str,
     },
+    /// The device cannot be of that kind; name another.
+    #[error(transparent)]
+    Specs(#[from] SpecsError),
     /// The stroke cannot be read.
     #[error(transparent)]
     Stroke(#[from] StrokeError),
@@ -170,7 +183,10 @@ fn look_for(name: &'static str) -> Result<String, String> {
             let probed = super::falcon::FalconDriver::new(super::falcon::UsbBus, settings).probe();
             probed.map(|count| format!("{count} on USB")).map_err(|fault| fault.to_string())
         }
-        "simulated" => Ok("a hand of mass, spring and damper that follows a stroke and is pushed back".into()),
+        "simulated" => Ok(format!(
+            "a hand of mass, spring and damper that follows a stroke and is pushed back by a device: specs={}, delay=MS",
+            PRESETS.map(|preset| preset.name).join("|")
+        )),
         "replay" => Ok("a recorded stroke: replay:file=FILE".into()),
         _ => Err(ChoiceError::NotBuilt { device: name }.to_string()),
     }
@@ -197,7 +213,7 @@ impl DeviceChoice {
             Kind::OpenHaptics(_) => "openhaptics",
             #[cfg(feature = "falcon")]
             Kind::Falcon(_) => "falcon",
-            Kind::Simulated(..) => "simulated",
+            Kind::Simulated(_) => "simulated",
             Kind::Replay(_) => "replay",
         }
     }
@@ -224,8 +240,9 @@ impl DeviceChoice {
         let plain = |device: Box<dyn Device>| Ok(OpenedDevice { device, monitor: None });
         match &self.kind {
             Kind::Mouse => plain(Box::new(pointer)),
-            Kind::Simulated(hand, own) => {
-                plain(Box::new(SimulatedDevice::new(Arc::clone(own.as_ref().unwrap_or(stroke)), *hand)))
+            Kind::Simulated(Simulated { hand, specs, delay, stroke: own }) => {
+                let stroke = Arc::clone(own.as_ref().unwrap_or(stroke));
+                plain(Box::new(SimulatedDevice::new(stroke, *hand).on(*specs, *delay)))
             }
             Kind::Replay(stroke) => plain(Box::new(ScriptedDevice::new(Arc::clone(stroke)))),
             #[cfg(all(feature = "gamepad", target_os = "linux"))]
@@ -383,13 +400,17 @@ impl DeviceChoice {
 
 fn simulated(given: &mut Parameters) -> Result<Kind, ChoiceError> {
     let usual = HandModel::default();
+    let limits = given.limits("omni")?.at_most([given.number("peak", 0.01, 100.0)?, None]);
+    let specs = limits.of(Reported::default())?;
+    let delay_ms = given.number("delay", 0.0, SimulatedDevice::DELAY_MAX.0 * 1e3)?.unwrap_or(0.0);
     let hand = HandModel {
         mass_kg: given.number("mass", 0.01, 10.0)?.unwrap_or(usual.mass_kg),
         damping_n_s_per_m: given.number("damping", 0.0, 100.0)?.unwrap_or(usual.damping_n_s_per_m),
         stiffness_n_per_m: given.number("stiffness", 1.0, 5000.0)?.unwrap_or(usual.stiffness_n_per_m),
-        resolution_m: given.number("resolution_mm", 0.001, 1.0)?.map_or(usual.resolution_m, |mm| mm * 1e-3),
+        resolution_m: given.number("resolution_mm", 0.001, 1.0)?.map_or(specs.resolution_m, |mm| mm * 1e-3),
     };
-    Ok(Kind::Simulated(hand, given.stroke("file")?))
+    let stroke = given.stroke("file")?;
+    Ok(Kind::Simulated(Simulated { hand, specs, delay: Seconds(delay_ms * 1e-3), stroke }))
 }
 
 #[cfg(feature = "gamepad")]

@@ -136,7 +136,7 @@ programs keep the core busy, and priority, a core of its own or fewer programs h
 #[derive(Args, Clone, Debug)]
 struct HoldFlags {
     /// What is in the hand: mouse, gamepad, inverse3, openhaptics, falcon, simulated or replay, with parameters after a
-    /// colon, as falcon:number=1,scale=1.5 [default: mouse; headless: the first potter's stroke]
+    /// colon, as falcon:number=1,scale=1.5 or simulated:specs=falcon,delay=5 [default: mouse; headless: the first potter's stroke]
     #[arg(long, value_name = "NAME[:KEY=VALUE,...]")]
     device: Option<DeviceChoice>,
     /// Keep the hand's 1 kHz thread on one core, counted from 0; best one that the system leaves alone (isolcpus on Linux)
