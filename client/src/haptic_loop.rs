@@ -157,17 +157,19 @@ impl HapticLoop {
         let (reported, grip, dt) = self.read(local * self.rate.turns_a_tick());
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.follow_teacher(stamp, dt);
-        match self.haptics.accept(reported, self.device.velocity(), dt) {
-            Some(centre) if self.last_stamp.is_none_or(|last| stamp > last) => {
+        match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
+            // the lead went back by a tick, whose sample is made already: the hand feels on, as between two ticks
+            (Some(centre), Some(last)) if stamp <= last => {
+                self.felt.force_n = self.feel(last.offset(1), grip, centre).0;
+            }
+            (Some(centre), _) => {
                 self.last_stamp = Some(stamp);
                 self.felt = match self.side.status.is_pointing() {
                     true => self.point(stamp, grip, centre),
                     false => self.press(stamp, grip, centre, dt),
                 };
             }
-            // the lead went back by a tick: what was felt then is felt on
-            Some(_) => {}
-            None => self.let_go(),
+            (None, _) => self.let_go(),
         }
         self.side.status.note_rub(self.felt.rub);
         self.give();
