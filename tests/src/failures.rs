@@ -94,6 +94,12 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Puts a method through a scenario.
+    #[must_use]
+    pub fn measured(scenario: &'static Scenario, method: MethodKind) -> Self {
+        Self { scenario, method, figure: (scenario.measure)(method) }
+    }
+
     /// Whether the figure keeps to the bound.
     #[must_use]
     pub fn passes(&self) -> bool {
@@ -121,9 +127,7 @@ pub fn run_of(
     let mut outcomes = Vec::new();
     for scenario in scenarios.iter().filter(|scenario| chosen(scenario)) {
         told(scenario);
-        for (method, _) in METHODS {
-            outcomes.push(Outcome { scenario, method, figure: (scenario.measure)(method) });
-        }
+        outcomes.extend(METHODS.map(|(method, _)| Outcome::measured(scenario, method)));
     }
     outcomes
 }

@@ -34,7 +34,8 @@ fn picture(plane: &[PlanePoint]) -> Result<Vec<u8>, ChartError> {
     let (canvas, room) = sheet(
         "Stiffness that a hand feels without trembling: below a line is stable, higher is better",
         &entries,
-        "A hand presses a wall with 2 N for 3 s, in a loop of 1 kHz with an encoder of 0.055 mm; stable is who then keeps within \
+        "What is compared is how force is rendered: all press the same linear wall, and how their own clay holds a hand is in \
+         stability-clay.csv. A hand presses the wall with 2 N for 3 s, in a loop of 1 kHz with an encoder of 0.055 mm; stable is who then keeps within \
          four steps of it. The original's force goes through its filter of 10 Hz, the improved's is felt as it is, ours is a coupling \
          of that stiffness to clay ten times as stiff, with the passivity controller, which adds damping of its own: so that ours may lie \
          above the bound for the hand alone.",

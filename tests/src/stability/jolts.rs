@@ -18,7 +18,7 @@ fn deep(depth_mm: f32) -> Vec3 {
 }
 
 /// Stiffness that a hand feels at most, N/m: the coupling's, or the steepest rise of the force where there is none.
-fn stiffness_n_m(method: MethodKind, step_mm: f32) -> f32 {
+pub(super) fn stiffness_n_m(method: MethodKind, step_mm: f32) -> f32 {
     if method == MethodKind::Plastic {
         return Coupling::tuned(&DeviceSpecs::OMNI, Tick::PERIOD, Seconds(0.0)).stiffness_n_m;
     }

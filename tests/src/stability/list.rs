@@ -6,7 +6,7 @@
 use pottery_shared::clay::MethodKind::{self, Improved, Original};
 
 use super::mechanism::Grip;
-use super::{felt, guided, jolts};
+use super::{far, felt, guided, jolts, resting};
 use crate::failures::{Bound, Scenario};
 
 const NONE: &[MethodKind] = &[];
@@ -89,6 +89,24 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "clay rendered without a coupling shakes it at 107 mm/s",
         fails: ORIGINAL,
         measure: felt::shaken,
+    },
+    Scenario {
+        name: "a hand holds on to the clay itself with 2 N, 0 to 5 ms late",
+        figure: "how far it trembles in the end",
+        unit: "mm",
+        bound: Bound::AtMost(0.22),
+        reason: "four steps of the encoder, as for the wall; which clay still carries the hand is the next row's",
+        fails: NONE,
+        measure: resting::trembles,
+    },
+    Scenario {
+        name: "the same hand in the end",
+        figure: "least stiffness that it feels over that of the coupling",
+        unit: "",
+        bound: Bound::AtLeast(0.3),
+        reason: "clay that has flowed for 3 s lies as deep as the coupling gives way, and no deeper than twice that",
+        fails: PUBLISHED,
+        measure: resting::firmness,
     },
     Scenario {
         name: "ten presses and releases by a hand",
@@ -181,6 +199,33 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "a hand tells directions of force apart from 20° on; a limit axis by axis would turn it by 30°",
         fails: NONE,
         measure: jolts::saturation,
+    },
+    Scenario {
+        name: "a hand presses in a room that is 200 ms and 5 % of loss away",
+        figure: "ticks in which the force is not to the bit that with no network, until the lead changes",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "force comes from the clay beside the hand, and what the room confirms is the same clay",
+        fails: NONE,
+        measure: far::other_bits,
+    },
+    Scenario {
+        name: "the same while the lead changes",
+        figure: "largest difference of force from that with no network",
+        unit: "N",
+        bound: Bound::AtMost(0.1),
+        reason: "a tick more or less between two samples makes the encoder step a tick earlier; a tenth of a newton is not told apart",
+        fails: NONE,
+        measure: far::other_force,
+    },
+    Scenario {
+        name: "the same room, and somebody in it presses there too and undoes it",
+        figure: "least energy that device and clay have taken since the tool was in the air",
+        unit: "mJ",
+        bound: Bound::AtLeast(-1.0),
+        reason: "clay only takes energy, corrected or not; a millijoule is what sampling a stiff contact at 1 kHz may feign",
+        fails: ORIGINAL,
+        measure: far::energy,
     },
     Scenario {
         name: "a teacher guides a hand through 100 ms there and back, 40 ms of jitter and 5 % of loss",

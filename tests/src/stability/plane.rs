@@ -26,8 +26,8 @@ const RATIO: f64 = 1.05;
 /// Stiffnesses between which the bound is looked for, N/m.
 const RANGE_N_M: (f64, f64) = (20.0, 30_000.0);
 
-/// Delays of the plane, s.
-const DELAYS_S: [f64; 9] = [0.0, 1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 15e-3, 20e-3];
+/// Delays of the whole plane, s.
+pub const PLANE_DELAYS_S: [f64; 9] = [0.0, 1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 15e-3, 20e-3];
 
 /// A point of the edge of what is stable.
 #[derive(Clone, Copy, Debug)]
@@ -53,9 +53,9 @@ impl Row for PlanePoint {
     }
 }
 
-/// The edge of every method in every hand.
+/// The edge of every method in every hand, at so many delays, s.
 #[must_use]
-pub fn measure_plane() -> Vec<PlanePoint> {
+pub fn measure_plane(delays_s: &[f64]) -> Vec<PlanePoint> {
     let mut points = Vec::new();
     for (method, _) in METHODS {
         for grip in Grip::ALL {
@@ -63,7 +63,7 @@ pub fn measure_plane() -> Vec<PlanePoint> {
                 let stable_n_m = stable_stiffness_n_m(method, grip, delay_s);
                 PlanePoint { method, grip, delay_s, stable_n_m }
             };
-            points.extend(DELAYS_S.map(point));
+            points.extend(delays_s.iter().copied().map(point));
         }
     }
     points
