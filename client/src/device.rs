@@ -9,6 +9,7 @@ mod driven;
 #[cfg(feature = "falcon")]
 pub mod falcon;
 mod fault;
+mod fitting;
 #[cfg(feature = "gamepad")]
 pub mod gamepad;
 #[cfg(feature = "inverse3")]
@@ -31,6 +32,7 @@ pub use calibration::{Axes, Calibration, MIDDLE_ROOM_M, ScaleError};
 pub use choice::{ChoiceError, DeviceChoice, Feel, OpenedDevice, Survey, survey};
 pub use driven::{DrivenDevice, Driver, Monitor, Pace, Port, ROUND, Reading, SILENCE, Watch};
 pub use fault::DeviceFault;
+pub use fitting::{Fit, Fitting, REACH_ROOM_M, Step};
 pub use limits::{Limits, Reported};
 pub use pointer::{Pointer, PointerDevice, pointer};
 pub use scripted::ScriptedDevice;

@@ -10,7 +10,7 @@ use glam::Vec3;
 use pottery_client::HapticLoop;
 use pottery_client::boundary::{GuideNews, NetSide, boundary};
 use pottery_client::device::{
-    Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Pace, Port, Reading, Reported, pointer,
+    Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Fit, Pace, Port, Reading, Reported, pointer,
 };
 use pottery_client::sound::Rub;
 use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
@@ -213,6 +213,7 @@ impl Driver for Busy {
 #[test]
 fn device_with_a_driver_allocates_nothing_in_the_tick() {
     let calibration = Calibration::new(Axes::YUp, Vec3::ZERO);
+    let fit = Fit { middle_m: Vec3::ZERO, scale: 2.0 };
     let mut device = DrivenDevice::open(Busy, calibration, DeviceSpecs::OMNI, pointer().1).unwrap();
     let monitor = device.monitor();
     let (mut heard, mut tick) = (0, 0);
@@ -223,8 +224,11 @@ fn device_with_a_driver_allocates_nothing_in_the_tick() {
         tick += 1;
         let mut place = None;
         let asked = requests(|| {
-            if tick % 50 == 7 {
-                monitor.recentre();
+            match tick % 50 {
+                7 => monitor.fit_to(fit),
+                17 => monitor.set_fitting(true),
+                27 => monitor.set_fitting(false),
+                _ => {}
             }
             place = device.position(seconds);
             device.set_rub(Rub { force_n: 1.0, slip_m_s: 0.1, wetness: 0.3 });

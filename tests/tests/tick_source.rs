@@ -88,7 +88,10 @@ const TICK_PATH: [(&str, &[&str]); 24] = [
         &["asked", "position", "glided", "tool", "orientation", "set_force", "specs", "setup"],
     ),
     ("client/src/device/rhythm.rs", &["late_after_s"]),
-    ("client/src/device/calibration.rs", &["place", "velocity", "force_to_device", "recentre"]),
+    (
+        "client/src/device/calibration.rs",
+        &["fitted", "turned", "place", "velocity", "force_to_device", "specs_in_room"],
+    ),
     (
         "shared/src/prediction/hand.rs",
         &["press", "feel", "catch_up", "side", "stopped_at_clay", "ground", "is_corrected_since"],

@@ -7,6 +7,8 @@
 use glam::{Mat3, Vec3};
 use pottery_shared::haptics::DeviceSpecs;
 
+use super::fitting::Fit;
+
 /// Where the middle of a device's workspace lies in the room, m: 40 mm in front of the untouched pot's wall, halfway up.
 pub const MIDDLE_ROOM_M: Vec3 = Vec3::new(0.0, -0.100, 0.100);
 
@@ -32,14 +34,12 @@ impl Axes {
 
 /// Workspace to pot.
 ///
-/// `room = middle_room + s·R·(device − middle_device)`, force `device = Rᵀ·room`; all lengths in m. What is felt is
+/// `room = middle_room + s·(R·device − middle)`, force `device = Rᵀ·room`; all lengths in m. What is felt is
 /// the room's force, so that a workspace scaled by s feels s times as stiff: [`Calibration::specs_in_room`] allows for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     room_from_device: Mat3,
-    middle_device_m: Vec3,
-    middle_room_m: Vec3,
-    scale: f32,
+    fit: Fit,
 }
 
 /// A scale that no workspace can have.
@@ -58,8 +58,9 @@ impl Calibration {
 
     /// Puts the middle of a device's workspace, m in its own frame, before the pot.
     #[must_use]
-    pub const fn new(axes: Axes, middle_device_m: Vec3) -> Self {
-        Self { room_from_device: axes.room_from_device(), middle_device_m, middle_room_m: MIDDLE_ROOM_M, scale: 1.0 }
+    pub fn new(axes: Axes, middle_device_m: Vec3) -> Self {
+        let room_from_device = axes.room_from_device();
+        Self { room_from_device, fit: Fit { middle_m: room_from_device * middle_device_m, scale: 1.0 } }
     }
 
     /// Lets the tool go `scale` times as far as the hand.
@@ -70,27 +71,38 @@ impl Calibration {
         if !(Self::SCALE_MIN..=Self::SCALE_MAX).contains(&scale) {
             return Err(ScaleError { scale });
         }
-        self.scale = scale;
+        self.fit.scale = scale;
         Ok(self)
     }
 
-    /// Takes where the device is now, m in its own frame, for the middle; a place that makes no sense changes nothing.
-    pub fn recentre(&mut self, device_m: Vec3) {
-        if device_m.is_finite() {
-            self.middle_device_m = device_m;
-        }
+    /// Middle and scale as a person has fitted them; a fit that makes no sense changes nothing.
+    #[must_use]
+    pub fn fitted(self, fit: Fit) -> Self {
+        Self { fit: fit.sound().unwrap_or(self.fit), ..self }
+    }
+
+    /// Middle and scale.
+    #[must_use]
+    pub const fn fit(&self) -> Fit {
+        self.fit
+    }
+
+    /// A place of the device, m, along the room's axes: as [`Fit::middle_m`].
+    #[must_use]
+    pub fn turned(&self, device_m: Vec3) -> Vec3 {
+        self.room_from_device * device_m
     }
 
     /// A place in the room, m.
     #[must_use]
     pub fn place(&self, device_m: Vec3) -> Vec3 {
-        self.middle_room_m + self.room_from_device * (device_m - self.middle_device_m) * self.scale
+        MIDDLE_ROOM_M + (self.turned(device_m) - self.fit.middle_m) * self.fit.scale
     }
 
     /// A velocity in the room, m/s.
     #[must_use]
     pub fn velocity(&self, device_m_s: Vec3) -> Vec3 {
-        self.room_from_device * device_m_s * self.scale
+        self.room_from_device * device_m_s * self.fit.scale
     }
 
     /// A force of the room in the device's frame, N.
@@ -103,13 +115,14 @@ impl Calibration {
     /// length, a velocity or an acceleration shrinks with it.
     #[must_use]
     pub fn specs_in_room(&self, device: DeviceSpecs) -> DeviceSpecs {
+        let scale = self.fit.scale;
         DeviceSpecs {
-            stiffness_max_n_m: device.stiffness_max_n_m / self.scale,
-            damping_max_ns_m: device.damping_max_ns_m / self.scale,
-            workspace_radius_m: (device.workspace_radius_m * self.scale).min(pottery_shared::tool::Position::REACH.0),
-            mass_kg: device.mass_kg / self.scale,
-            damping_ns_m: device.damping_ns_m / self.scale,
-            resolution_m: device.resolution_m * self.scale,
+            stiffness_max_n_m: device.stiffness_max_n_m / scale,
+            damping_max_ns_m: device.damping_max_ns_m / scale,
+            workspace_radius_m: (device.workspace_radius_m * scale).min(pottery_shared::tool::Position::REACH.0),
+            mass_kg: device.mass_kg / scale,
+            damping_ns_m: device.damping_ns_m / scale,
+            resolution_m: device.resolution_m * scale,
             ..device
         }
     }
@@ -143,19 +156,22 @@ mod tests {
             let room_m = calibration.place(device_m + moved_m) - calibration.place(device_m);
             let (in_room, at_device) = (force_n.dot(room_m), calibration.force_to_device(force_n).dot(moved_m));
             // places of 0.1 m hold 1e-8 m
-            assert!((in_room - calibration.scale * at_device).abs() < 2e-7, "{in_room} and {at_device} J");
+            assert!((in_room - calibration.fit.scale * at_device).abs() < 2e-7, "{in_room} and {at_device} J");
             assert!((calibration.velocity(moved_m) - room_m).length() < 1e-7);
         }
     }
 
     #[test]
     fn middle_is_where_it_is_put_and_nonsense_does_not_move_it() {
-        for mut calibration in calibrations() {
+        for calibration in calibrations() {
             assert_eq!(calibration.place(Vec3::new(0.01, -0.02, 0.125)), MIDDLE_ROOM_M);
             let here = Vec3::new(-0.03, 0.04, 0.11);
-            calibration.recentre(here);
-            calibration.recentre(Vec3::NAN);
-            assert_eq!(calibration.place(here), MIDDLE_ROOM_M);
+            let fit = Fit { middle_m: calibration.turned(here), scale: 2.0 };
+            let fitted = calibration.fitted(fit);
+            assert_eq!((fitted.place(here), fitted.fit()), (MIDDLE_ROOM_M, fit));
+            for nonsense in [Fit { middle_m: Vec3::NAN, ..fit }, Fit { scale: 0.0, ..fit }] {
+                assert_eq!(fitted.fitted(nonsense), fitted);
+            }
         }
     }
 

@@ -12,7 +12,7 @@ use pottery_shared::haptics::{DeviceSpecs, PRESETS, SpecsError};
 use pottery_shared::units::Seconds;
 
 use super::{
-    Axes, Calibration, Device, DrivenDevice, Driver, HandModel, Limits, Monitor, PointerDevice, Reported,
+    Axes, Calibration, Device, DrivenDevice, Driver, Fit, HandModel, Limits, Monitor, PointerDevice, Reported,
     ScriptedDevice, SimulatedDevice,
 };
 use crate::stroke::{Stroke, StrokeError};
@@ -32,7 +32,9 @@ use crate::stroke::{Stroke, StrokeError};
 pub struct DeviceChoice {
     kind: Kind,
     limits: Limits,
-    scale: f32,
+    /// As it was asked for, and as a person has fitted it before.
+    scale: Option<f32>,
+    fit: Option<Fit>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -195,7 +197,7 @@ fn look_for(name: &'static str) -> Result<String, String> {
 impl Default for DeviceChoice {
     /// The mouse.
     fn default() -> Self {
-        Self { kind: Kind::Mouse, limits: DeviceSpecs::MOUSE.into(), scale: 1.0 }
+        Self { kind: Kind::Mouse, limits: DeviceSpecs::MOUSE.into(), scale: None, fit: None }
     }
 }
 
@@ -229,6 +231,12 @@ impl DeviceChoice {
             #[cfg(any(feature = "inverse3", feature = "openhaptics", feature = "falcon"))]
             _ => Feel::Force,
         }
+    }
+
+    /// As a person has fitted it before, if it has a driver; a scale that was asked for stays.
+    #[must_use]
+    pub fn fitted(self, fit: Option<Fit>) -> Self {
+        Self { fit, ..self }
     }
 
     /// Takes the device in hand: `pointer` is the mouse, and brings the tool to the others; `stroke` is what a simulated
@@ -281,7 +289,9 @@ impl DeviceChoice {
         middle_m: glam::Vec3,
         pointer: PointerDevice,
     ) -> std::io::Result<OpenedDevice> {
-        let calibration = Calibration::new(axes, middle_m).scaled(self.scale).map_err(std::io::Error::other)?;
+        let usual = Calibration::new(axes, middle_m);
+        let fitted = self.fit.map_or(usual, |fit| usual.fitted(fit));
+        let calibration = self.scale.map_or(Ok(fitted), |scale| fitted.scaled(scale)).map_err(std::io::Error::other)?;
         let device = DrivenDevice::open(driver, calibration, self.limits, pointer)?;
         let monitor = Some(device.monitor());
         Ok(OpenedDevice { device: Box::new(device), monitor })
@@ -393,8 +403,8 @@ impl DeviceChoice {
         };
         let limits = given.limits(usual)?;
         let limits = limits.at_most([given.number("peak", 0.01, 100.0)?, given.number("stiffness", 1.0, 1e5)?]);
-        let scale = given.number("scale", Calibration::SCALE_MIN, Calibration::SCALE_MAX)?.unwrap_or(1.0);
-        Ok(Self { kind, limits, scale })
+        let scale = given.number("scale", Calibration::SCALE_MIN, Calibration::SCALE_MAX)?;
+        Ok(Self { kind, limits, scale, fit: None })
     }
 }
 

@@ -15,7 +15,7 @@ use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
 use super::rhythm::{LONGEST_S, Rhythm, late_after_s};
-use super::{Calibration, Device, DeviceFault, Limits, PointerDevice, Reported};
+use super::{Calibration, Device, DeviceFault, Fit, Limits, PointerDevice, Reported};
 use crate::sound::Rub;
 
 /// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
@@ -59,7 +59,7 @@ struct Given {
 struct Report {
     /// The newest reading, while there is one and the device may be used.
     reading: Option<Reading>,
-    /// What the device can render that was found last, in the room.
+    /// What the device can render that was found last, in its own frame.
     specs: DeviceSpecs,
     /// How many were found so far.
     found: u32,
@@ -88,8 +88,15 @@ pub trait Driver: Send + 'static {
     }
 }
 
+/// The fit that the tick is to work with next, and the last that was given to it.
+#[derive(Debug)]
+struct Fits {
+    next: triple_buffer::Input<Fit>,
+    last: Fit,
+}
+
 /// What the window knows of a device, and asks of it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Monitor {
     notice: Mutex<Option<String>>,
     about: Mutex<Option<String>>,
@@ -102,7 +109,11 @@ pub struct Monitor {
     /// Time from one reading to the next, µs; zero while it is not known.
     interval_us: AtomicU32,
     is_closing: AtomicBool,
-    recentre: AtomicBool,
+    fits: Mutex<Fits>,
+    /// The device is being fitted to the hand, so that it has no tool; then, where it is, m as bits, and whether a button is down.
+    is_fitting: AtomicBool,
+    place_m: [AtomicU32; 3],
+    is_pressed: AtomicBool,
     exchanges: AtomicU64,
 }
 
@@ -112,6 +123,23 @@ fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 impl Monitor {
+    fn new(fits: Fits) -> Self {
+        Self {
+            notice: Mutex::default(),
+            about: Mutex::default(),
+            refused: Mutex::default(),
+            is_silent: AtomicBool::default(),
+            is_unsteady: AtomicBool::default(),
+            interval_us: AtomicU32::default(),
+            is_closing: AtomicBool::default(),
+            fits: Mutex::new(fits),
+            is_fitting: AtomicBool::default(),
+            place_m: [const { AtomicU32::new(f32::NAN.to_bits()) }; 3],
+            is_pressed: AtomicBool::default(),
+            exchanges: AtomicU64::default(),
+        }
+    }
+
     /// The sentence that the person must see, if any.
     #[must_use]
     pub fn notice(&self) -> Option<String> {
@@ -147,9 +175,50 @@ impl Monitor {
         self.exchanges.load(Ordering::Relaxed)
     }
 
-    /// Asks that where the device is now become the middle of its workspace.
-    pub fn recentre(&self) {
-        self.recentre.store(true, Ordering::Relaxed);
+    /// How the device is fitted to the hand.
+    #[must_use]
+    pub fn fit(&self) -> Fit {
+        locked(&self.fits).last
+    }
+
+    /// Fits it so from the next tick on; a fit that makes no sense changes nothing.
+    pub fn fit_to(&self, fit: Fit) {
+        if let Some(fit) = fit.sound() {
+            let mut fits = locked(&self.fits);
+            fits.last = fit;
+            fits.next.write(fit);
+        }
+    }
+
+    /// Takes the tool from the device, and with it the force, and lets [`Monitor::place_m`] follow it; or gives the tool back.
+    pub fn set_fitting(&self, is_fitting: bool) {
+        self.place_m.iter().for_each(|along| along.store(f32::NAN.to_bits(), Ordering::Relaxed));
+        self.is_fitting.store(is_fitting, Ordering::Relaxed);
+    }
+
+    /// Where the device is while it is being fitted, m as [`Fit::middle_m`]; coordinates may be a tick apart.
+    #[must_use]
+    pub fn place_m(&self) -> Option<Vec3> {
+        let place_m = self.place_m.each_ref().map(|along| f32::from_bits(along.load(Ordering::Relaxed)));
+        Some(Vec3::from_array(place_m)).filter(|place_m| place_m.is_finite())
+    }
+
+    /// Whether a button of it is down while it is being fitted.
+    #[must_use]
+    pub fn is_pressed(&self) -> bool {
+        self.is_pressed.load(Ordering::Relaxed)
+    }
+
+    /// True while the device is being fitted, which then hears where it is.
+    fn follow(&self, place_m: Vec3, buttons: u32) -> bool {
+        let is_fitting = self.is_fitting.load(Ordering::Relaxed);
+        if is_fitting {
+            for (stored, along) in self.place_m.iter().zip(place_m.to_array()) {
+                stored.store(along.to_bits(), Ordering::Relaxed);
+            }
+            self.is_pressed.store(buttons != 0, Ordering::Relaxed);
+        }
+        is_fitting
     }
 
     fn say(&self, notice: Option<String>) {
@@ -183,8 +252,8 @@ impl Port {
     /// Says which device was found and what it reports of itself. It is used from now on, unless its limits make no sense: then
     /// the person is told so, and it is served without force and without a place.
     pub fn found(&mut self, about: String, reported: Reported) {
-        let in_room = |specs| self.calibration.specs_in_room(specs).checked();
-        let specs = self.limits.of(reported).and_then(in_room);
+        let is_sound = |specs: &DeviceSpecs| self.calibration.specs_in_room(*specs).checked().map(|_| *specs);
+        let specs = self.limits.of(reported).and_then(|specs| is_sound(&specs));
         let refused = specs.err().map(|error| {
             format!("{error}: its force is off and the mouse works; to use a kind's limits, name it, as in specs=omni")
         });
@@ -355,7 +424,8 @@ pub struct DrivenDevice {
     monitor: Arc<Monitor>,
     thread: Option<JoinHandle<()>>,
     calibration: Calibration,
-    /// What the device can render, and which of those found it is.
+    fits: triple_buffer::Output<Fit>,
+    /// What the device can render, in its own frame, and which of those found it is.
     specs: DeviceSpecs,
     found: u32,
     interval_s: f32,
@@ -387,11 +457,11 @@ impl DrivenDevice {
         let limits = limits.into();
         let kind = limits.of(Reported::default()).map_err(std::io::Error::other)?;
         let interval_s = Rhythm::default().interval_s();
-        let specs = calibration.specs_in_room(kind);
-        let report = Report { reading: None, specs, found: 0, interval_s, is_steady: false };
+        let report = Report { reading: None, specs: kind, found: 0, interval_s, is_steady: false };
         let (reports_in, mut reports) = triple_buffer::TripleBuffer::new(&report).split();
         let (given, given_out) = triple_buffer::TripleBuffer::new(&Given::default()).split();
-        let monitor = Arc::new(Monitor::default());
+        let (next, fits) = triple_buffer::TripleBuffer::new(&calibration.fit()).split();
+        let monitor = Arc::new(Monitor::new(Fits { next, last: calibration.fit() }));
         let delay = driver.delay();
         let port = Port {
             reports: reports_in,
@@ -422,6 +492,7 @@ impl DrivenDevice {
             monitor,
             thread,
             calibration,
+            fits,
             specs,
             found,
             interval_s,
@@ -439,6 +510,21 @@ impl DrivenDevice {
     #[must_use]
     pub fn monitor(&self) -> Arc<Monitor> {
         Arc::clone(&self.monitor)
+    }
+
+    /// Works with another fit from now on, if there is one; what the device can render is then another in the room.
+    fn take_fit(&mut self) -> bool {
+        if !self.fits.update() {
+            return false;
+        }
+        let fit = *self.fits.output_buffer();
+        let fitted = self.calibration.fitted(fit);
+        let is_sound = fitted.specs_in_room(self.specs).checked().is_ok();
+        // a scale at which the device would be none stays as it was, and the middle is moved alone
+        let scale = if is_sound { fit.scale } else { self.calibration.fit().scale };
+        self.calibration = fitted.fitted(Fit { scale, ..fit });
+        self.is_another = true;
+        true
     }
 
     fn end(&mut self) {
@@ -492,11 +578,11 @@ impl Device for DrivenDevice {
         }
         // who answers late has no tool until it answers in time
         let reading = self.last?;
-        if self.monitor.recentre.swap(false, Ordering::Relaxed) {
-            self.calibration.recentre(reading.position_m);
+        let has_another_fit = self.take_fit();
+        if self.monitor.follow(self.calibration.turned(reading.position_m), reading.buttons) {
             return None;
         }
-        (!has_changed_hands).then(|| self.calibration.place(reading.position_m))
+        (!has_changed_hands && !has_another_fit).then(|| self.calibration.place(reading.position_m))
     }
 
     fn velocity(&self) -> Option<Vec3> {
@@ -530,7 +616,7 @@ impl Device for DrivenDevice {
 
     /// The pointer's own while it works in the device's place.
     fn specs(&self) -> DeviceSpecs {
-        if self.is_pointer { self.pointer.specs() } else { self.specs }
+        if self.is_pointer { self.pointer.specs() } else { self.calibration.specs_in_room(self.specs) }
     }
 
     fn is_another(&mut self) -> bool {
@@ -545,7 +631,7 @@ impl Device for DrivenDevice {
         }
         let longer_s = self.interval_s - Tick::PERIOD.0;
         let delay = if self.delay.0 > 0.0 { Seconds(self.delay.0 + 2.0 * longer_s) } else { self.delay };
-        Setup { delay, ..Setup::for_device(self.specs, share_of_small) }
+        Setup { delay, ..Setup::for_device(self.specs(), share_of_small) }
     }
 
     fn close(&mut self) {

@@ -3,10 +3,12 @@
 //! Owns `preferences.toml` in the person's folder for settings; what the wheel is set to is the room's.
 //! Invariant: a file that is not understood is said and never written over.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use pottery_client::device::Fit;
 use pottery_client::render::Finish;
 use pottery_client::whole_file::write_whole;
 use serde::{Deserialize, Serialize};
@@ -48,6 +50,28 @@ pub(crate) struct Preferences {
     pub(crate) finish: Finish,
     /// Whether the first lesson is over.
     pub(crate) knows_lesson: bool,
+    /// How devices were fitted to the hand, by their names.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) fits: BTreeMap<String, KeptFit>,
+}
+
+/// How a device is fitted to the hand, as it is written.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KeptFit {
+    /// Where the hand rests, mm from the device's own origin: to the right, away and up.
+    middle_mm: [f32; 3],
+    /// How many times as far as the hand the tool goes.
+    scale: f32,
+}
+
+impl KeptFit {
+    pub(crate) fn of(fit: Fit) -> Self {
+        // to a tenth of a millimetre and a hundredth, as people read it
+        let round = |value: f32, parts: f32| (value * parts).round() / parts;
+        let middle_mm = fit.middle_m.to_array().map(|along_m| round(along_m * 1e3, 10.0));
+        Self { middle_mm, scale: round(fit.scale, 100.0) }
+    }
 }
 
 impl Default for Preferences {
@@ -60,6 +84,7 @@ impl Default for Preferences {
             sphere_mm: crate::window::Holding::default().sphere_mm,
             finish: Finish::default(),
             knows_lesson: false,
+            fits: BTreeMap::new(),
         }
     }
 }
@@ -106,6 +131,12 @@ impl Preferences {
             reason: error.message().replace('\n', " "),
         })?;
         Ok(read.within_bounds())
+    }
+
+    /// How a device of that name was fitted, if that can be used.
+    pub(crate) fn fit(&self, device: &str) -> Option<Fit> {
+        let KeptFit { middle_mm, scale } = *self.fits.get(device)?;
+        Fit { middle_m: middle_mm.map(|along_mm| along_mm * 1e-3).into(), scale }.sound()
     }
 
     /// Numbers that somebody typed, brought to what can be had.
@@ -228,8 +259,10 @@ mod tests {
             theme: Theme::Light,
             text_percent: 150,
             sphere_mm: 7.5,
+            fits: [("falcon".to_owned(), KeptFit { middle_mm: [1.5, -20.0, 125.0], scale: 2.5 })].into(),
             ..Preferences::default()
         };
+        assert_eq!(liked.fit("falcon").map(KeptFit::of), liked.fits.get("falcon").copied());
         liked.write(&path).unwrap();
         assert_eq!(Preferences::read(&path).unwrap(), liked);
         fs::remove_dir_all(folder).unwrap();
@@ -246,9 +279,11 @@ mod tests {
         keeper.keep(&Preferences { text_percent: 150, ..Preferences::default() });
         assert!(keeper.trouble(&Words::new(Language::English)).is_some_and(|said| said.contains("them")));
         assert_eq!(fs::read_to_string(&path).unwrap(), "them = \"dark\"\n", "what the person wrote stays");
-        fs::write(&path, "text_percent = 9000\nsphere_mm = inf\n").unwrap();
+        let typed = "text_percent = 9000\nsphere_mm = inf\n[fits.falcon]\nmiddle_mm = [nan, 0.0, 0.0]\nscale = 1.0\n";
+        fs::write(&path, typed).unwrap();
         let read = Preferences::read(&path).unwrap();
         assert_eq!((read.text_percent, read.sphere_mm), (TEXT_PERCENT.1, Preferences::default().sphere_mm));
+        assert_eq!(read.fit("falcon"), None);
         fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -7,6 +7,7 @@ mod app;
 mod depth;
 mod files;
 mod fingers;
+mod fitting;
 mod ghost;
 mod hand;
 mod holding;
@@ -108,8 +109,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     }
     let runtime = hosting::runtime("network")?;
     let (asked, mouse) = pointer();
-    let OpenedDevice { device, monitor } =
-        session.device.open(mouse, &session.stroke).context("no thread for the device")?;
+    let keeper = Keeper::open(Preferences::file());
+    let chosen = session.device.clone().fitted(keeper.liking().fit(session.device.name()));
+    let OpenedDevice { device, monitor } = chosen.open(mouse, &session.stroke).context("no thread for the device")?;
     let peak_n = device.specs().peak_force_n;
     let (target, proxy) = match &session.network {
         Some(network) => runtime.block_on(network.before(target)).map(|(target, proxy)| (target, Some(proxy)))?,
@@ -141,7 +143,6 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let (is_muted, rates) = (session.is_muted, Rates::new(Instant::now()));
     let held = Held { name, feel, peak_n, monitor, sound, is_muted, rates };
     let files = Files::new(session.opened.as_deref());
-    let keeper = Keeper::open(Preferences::file());
     let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy(), interrupted };
     let mut app = App::new(potter, asked, begin, &session.tool);
     event_loop.run_app(&mut app).context("the window failed")?;

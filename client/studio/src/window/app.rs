@@ -3,6 +3,7 @@
 //! Owns no clay: reads the potter's view, asks through commands.
 //! Invariant: nothing is drawn while nothing changes.
 
+mod fitting;
 mod held;
 mod input;
 mod shown;
@@ -144,6 +145,8 @@ pub(super) struct App {
     timing: Timing,
     shown: Shown,
     fingers: Fingers,
+    /// Whether a button of a device that is being fitted was down.
+    device_was_pressed: bool,
     is_dirty: bool,
     /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
     settings: Settings,
@@ -212,6 +215,9 @@ impl App {
             pace: held.pace(&keeper.words(), potter.granted()),
             notice: None,
             shows_help: false,
+            fitting: None,
+            fitting_answer: None,
+            can_be_fitted: held.monitor.is_some(),
             is_open: None,
             covers: 0.0,
             liking,
@@ -253,6 +259,7 @@ impl App {
             timing: Timing::default(),
             shown: Shown::default(),
             fingers: Fingers::default(),
+            device_was_pressed: false,
             is_dirty: true,
             settings,
             asked_at: Instant::now(),
@@ -494,6 +501,7 @@ impl App {
         let seconds = (now - self.last_frame).as_secs_f32().min(0.2);
         self.last_frame = now;
         self.guide(seconds);
+        self.fit();
         self.read_figures(seconds, has_cause);
         let tools = self.tools();
         let rack = Arc::clone(&self.potter.view().lock().rack);
@@ -566,7 +574,7 @@ impl App {
 
     /// Whether a picture now would look different from the last one.
     fn is_moving(&self) -> bool {
-        self.scene_is_moving() || self.overlay.as_ref().is_some_and(Overlay::is_moving)
+        self.scene_is_moving() || self.is_fitting() || self.overlay.as_ref().is_some_and(Overlay::is_moving)
     }
 
     /// Whether it would by what a person did, or by what is on the wheel.

@@ -25,6 +25,7 @@ pub(super) use invitation::Invitation;
 pub(super) use people::{People, nickname};
 
 use super::files::Files;
+use super::fitting;
 use super::holding::Holding;
 use super::lesson::Lesson;
 use crate::preferences::{Preferences, Theme};
@@ -92,6 +93,10 @@ pub(super) struct PanelState {
     /// A sentence that the person must see.
     pub(super) notice: Option<String>,
     pub(super) shows_help: bool,
+    /// The fitting of a device to the hand, while there is one, what was asked of it, and whether there is a device for it.
+    pub(super) fitting: Option<fitting::Shown>,
+    pub(super) fitting_answer: Option<fitting::Answer>,
+    pub(super) can_be_fitted: bool,
     /// The first lesson, while it is taken.
     pub(super) lesson: Option<Lesson>,
     /// Whether the controls lie open; as the window's width allows until somebody says.
@@ -172,7 +177,9 @@ pub(super) fn show(
             ui.label(RichText::new(notice).strong());
         });
     }
-    if let Some(lesson) = &mut state.lesson
+    if let Some(fitting) = state.fitting {
+        state.fitting_answer = fitting.show(context, &state.words).or(state.fitting_answer);
+    } else if let Some(lesson) = &mut state.lesson
         && lesson.show(context, &state.words)
     {
         state.lesson = None;
@@ -228,6 +235,9 @@ fn show_force(ui: &mut egui::Ui, state: &mut PanelState) {
         Feel::Nobody => "feel-nobody",
     };
     ui.label(RichText::new(words.say(feel)).small());
+    if state.can_be_fitted && state.fitting.is_none() && ui.button(words.say("fitting-begin")).clicked() {
+        state.fitting_answer = Some(fitting::Answer::Begin);
+    }
     match &state.no_sound {
         None => {
             ui.checkbox(&mut state.is_heard, words.say("hear"));

@@ -174,7 +174,7 @@ key-turn = das Werkzeug um die Hochachse drehen
 key-roll = rollen
 key-lean = neigen; wieder aufrecht
 key-clay = trockenerer Ton; mit dem Schwamm darüber
-key-middle = hier ist die Mitte des Geräts
+key-middle = Gerät an die Hand anpassen; fertig, weiter
 key-sound = den Ton hören oder nicht
 key-front = Ansicht wie am Anfang
 key-views = als Profil, von oben
@@ -195,6 +195,24 @@ press-zoom = Strg + Mausrad, Bild auf, ab
 press-arrows = auf, ab, Leertaste
 press-roll = A D, Umschalt + Rad
 press-lean = F G, Alt + Rad; X
+
+## A device that is fitted to the hand
+
+fitting-begin = Gerät an die Hand anpassen (C)
+fitting = Das Gerät an die Hand anpassen
+fitting-rest = 1 von 2: wo die Hand ruht
+fitting-rest-how = Halte das Gerät da, wo deine Hand gut ruht, und drücke C oder die Taste am Gerät. Bis zum Ende gibt es keine Kraft.
+fitting-reach = 2 von 2: wie weit sie reicht
+fitting-reach-how = Bewege die Hand auf und ab und nach allen Seiten, so weit es ohne Mühe geht. Drücke dann C oder die Taste.
+fitting-done = Passt es?
+fitting-done-how = Das Werkzeug ist wieder in der Hand. Probiere, ob Fuß und Rand erreichbar sind, und behalte es dann.
+fitting-nowhere = Das Gerät sagt nicht, wo es ist: der Schritt wartet darauf.
+fitting-scale = mal so weit wie die Hand
+fitting-foot = Fuß
+fitting-rim = Rand
+fitting-go-on = Weiter
+fitting-keep = Behalten
+fitting-leave = Wie vorher
 
 ## The lesson
 

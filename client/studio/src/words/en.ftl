@@ -174,7 +174,7 @@ key-turn = turn the tool about its upright
 key-roll = roll it
 key-lean = lean it; upright again
 key-clay = drier clay; a sponge over it
-key-middle = a device's middle is here
+key-middle = fit a device to your hand; done, go on
 key-sound = hear the clay or not
 key-front = view as at first
 key-views = as a profile, from above
@@ -195,6 +195,24 @@ press-zoom = Ctrl + wheel, page up, down
 press-arrows = up, down, space
 press-roll = A D, Shift + wheel
 press-lean = F G, Alt + wheel; X
+
+## A device that is fitted to the hand
+
+fitting-begin = Fit the device to your hand (C)
+fitting = Fit the device to your hand
+fitting-rest = 1 of 2: where your hand rests
+fitting-rest-how = Hold the device where your hand rests well, and press C or the device's button. Until the end there is no force.
+fitting-reach = 2 of 2: how far it goes
+fitting-reach-how = Move your hand up and down, and to all sides, as far as it goes without effort. Then press C or the button.
+fitting-done = Does it suit?
+fitting-done-how = The tool is in your hand again. Try whether foot and rim are within reach, then keep it.
+fitting-nowhere = The device does not say where it is: the step waits for it.
+fitting-scale = times as far as your hand
+fitting-foot = foot
+fitting-rim = rim
+fitting-go-on = Go on
+fitting-keep = Keep it
+fitting-leave = As it was before
 
 ## The lesson
 

@@ -11,6 +11,7 @@ use winit::keyboard::{Key, NamedKey};
 
 use super::App;
 use crate::window::fingers::Asked;
+use crate::window::fitting::Answer;
 use crate::window::overlay::Overlay;
 use crate::window::panel::{RPM_MAX, WETNESS, WETNESS_STEP};
 
@@ -81,11 +82,7 @@ impl App {
             Key::Character("k" | "K") => self.is_cut = !self.is_cut,
             Key::Character("l" | "L") => self.panel.liking.finish = self.panel.liking.finish.next(),
             Key::Character("i" | "I") => self.hand.change_side(),
-            Key::Character("c" | "C") => {
-                if let Some(monitor) = &self.held.monitor {
-                    monitor.recentre();
-                }
-            }
+            Key::Character("c" | "C") => self.answer_fitting(Answer::GoOn),
             Key::Character("j" | "J") => self.panel.guidance.take_over_or_let_go(),
             Key::Character("n" | "N") => self.panel.guidance.switch(),
             Key::Character("u" | "U") => self.panel.guidance.record(),
