@@ -9,6 +9,7 @@ mod felt;
 mod guided;
 mod jolts;
 mod lesson;
+mod lines;
 mod list;
 mod mechanism;
 mod online;

@@ -5,8 +5,9 @@
 
 use pottery_shared::clay::MethodKind::{self, Improved, Original};
 
+use super::lines::Over;
 use super::mechanism::Grip;
-use super::{far, felt, guided, jolts, resting};
+use super::{far, felt, guided, jolts, lines, resting};
 use crate::failures::{Bound, Scenario};
 
 const NONE: &[MethodKind] = &[];
@@ -226,6 +227,96 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "clay only takes energy, corrected or not; a millijoule is what sampling a stiff contact at 1 kHz may feign",
         fails: ORIGINAL,
         measure: far::energy,
+    },
+    Scenario {
+        name: "two hands press over a cable",
+        figure: "time from the last press until all digests are equal",
+        unit: "ms",
+        bound: Bound::AtMost(33.4),
+        reason: "two beats of the room, which tells its clay sixty times a second: a cable's round trip is less than one millisecond",
+        fails: NONE,
+        measure: |method| lines::quiet_ms(method, Over::Lan),
+    },
+    Scenario {
+        name: "the same over a school's wireless network",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(3.7),
+        reason: "two round trips of 24 ms, and a burst of 40 ms in which half of all packets are lost",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::SchoolWifi),
+    },
+    Scenario {
+        name: "the same from home",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "what is pressed is told once and may be lost once; a beat of the room of 17 ms is the room's own and does not count",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::Home),
+    },
+    Scenario {
+        name: "the same between continents",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::Intercontinental),
+    },
+    Scenario {
+        name: "the same over an awful line",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same, though every eighth packet is lost and what is left overtakes itself",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::Awful),
+    },
+    Scenario {
+        name: "the same at 100 ± 40 ms with bursts of 5 % in all",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::Bursts),
+    },
+    Scenario {
+        name: "the same with every packet twice and most overtaken",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same: neither order nor number of packets says anything about clay",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::Tangled),
+    },
+    Scenario {
+        name: "somebody joins from home while two press",
+        figure: "round trips from the last press until all digests are equal, after a beat of the room",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same: who comes late is told all of the clay, and then what everybody is",
+        fails: NONE,
+        measure: |method| lines::quiet_round_trips(method, Over::LateJoin),
+    },
+    Scenario {
+        name: "a hand's last sample, where a round trip is 100 ms or more and 5 % are lost at most",
+        figure: "round trips from then until all digests are equal",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same, with the way ahead of the room by which a hand stamps its samples",
+        fails: NONE,
+        measure: lines::round_trips_of_the_hand,
+    },
+    Scenario {
+        name: "on all of these lines",
+        figure: "samples that a hand made and the room did not press",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "nothing that anybody pressed is lost",
+        fails: NONE,
+        measure: lines::lost,
     },
     Scenario {
         name: "a teacher guides a hand through 100 ms there and back, 40 ms of jitter and 5 % of loss",
