@@ -1,12 +1,16 @@
-//! The programs as they are run: where they are built, and folders for what they write.
+//! The programs as they are run: where they are built, folders for what they write, and tests that need a process of their own.
 //!
 //! Builds what is asked for once a process; runs nothing else.
 //! Invariant: no two tests share a folder.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+
+/// Set where a test runs in a process of its own.
+const ANEW: &str = "POTTERY_TEST_ANEW";
 
 /// The program of that name, built as the whole workspace is, so that nothing is compiled twice.
 ///
@@ -36,6 +40,30 @@ pub fn program(name: &str) -> PathBuf {
     path.pop();
     path.pop();
     path.join(name)
+}
+
+/// Whether this process was begun by [`anew`].
+#[must_use]
+pub fn is_anew() -> bool {
+    std::env::var_os(ANEW).is_some()
+}
+
+/// Runs the test of that name alone in a process with other variables, for what is read from those alone; `None` takes one away.
+///
+/// # Panics
+/// When the test fails there, with what it said.
+pub fn anew(test: &str, variables: &[(&str, Option<&OsStr>)]) {
+    let mut command = Command::new(std::env::current_exe().expect("a running program has a path"));
+    command.args(["--exact", test, "--nocapture"]).env(ANEW, "1");
+    for (name, value) in variables {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    let ran = command.output().expect("a test that runs can be run again");
+    let said = String::from_utf8_lossy(&ran.stdout).into_owned() + &String::from_utf8_lossy(&ran.stderr);
+    assert!(ran.status.success() && said.contains("1 passed"), "in a process of its own: {said}");
 }
 
 /// An empty folder of the test's own.

@@ -4,6 +4,10 @@
 //! and to nothing else.
 //! Invariant: a twin never gives a force by itself; what it has received can be asked for.
 
+#[cfg(unix)]
+mod compiled;
+#[cfg(target_os = "linux")]
+pub mod evdev;
 pub mod falcon;
 mod hand;
 pub mod haply;

@@ -11,7 +11,7 @@ use pottery_client::device::falcon::{FalconDriver, FalconSettings, MIDDLE_M, tor
 use pottery_client::device::{Axes, Calibration, Device, DrivenDevice, MIDDLE_ROOM_M, pointer};
 use pottery_shared::haptics::DeviceSpecs;
 use pottery_tests::twin::HandSession;
-use pottery_tests::twin::falcon::{FalconTwin, Trouble};
+use pottery_tests::twin::falcon::{FalconBus, FalconTwin, Trouble};
 
 fn calibration() -> Calibration {
     Calibration::new(Axes::YUp, MIDDLE_M.as_vec3())
@@ -22,11 +22,11 @@ fn kind() -> DeviceSpecs {
 }
 
 fn session(twin: &FalconTwin, settings: FalconSettings) -> HandSession {
-    HandSession::new(FalconDriver::new(twin.clone(), settings), calibration(), kind())
+    HandSession::new(FalconDriver::new(FalconBus::from(twin), settings), calibration(), kind())
 }
 
 fn device(twin: &FalconTwin) -> DrivenDevice {
-    let driver = FalconDriver::new(twin.clone(), FalconSettings::default());
+    let driver = FalconDriver::new(FalconBus::from(twin), FalconSettings::default());
     DrivenDevice::open(driver, calibration(), kind(), pointer().1).unwrap()
 }
 
@@ -163,36 +163,78 @@ fn firmware_that_is_not_there_or_not_echoed_is_one_sentence() {
     std::fs::remove_file(file).unwrap();
 }
 
-#[test]
-fn falcon_pulled_out_in_mid_press_leaves_the_session_and_comes_back() {
+/// Has a Falcon go wrong in mid-press, in so many ticks at most, and looks whether its motors rest.
+fn fails(most_ticks: u32, said: &str, mut goes: impl FnMut(&FalconTwin, bool)) {
     let twin = FalconTwin::default();
     let mut session = session(&twin, FalconSettings::default());
-    press(&mut session, &twin);
-    twin.unplug();
-    session.until("the force is off", |session| session.force_n() == 0.0 && session.tool_m().is_none());
-    session.until("it is said", |session| session.notice().is_some());
-    twin.hold_at(FREE);
-    twin.plug();
-    session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
-    press(&mut session, &twin);
+    let press = |session: &mut HandSession| {
+        press(session, &twin);
+        session.until("the clay is felt", |session| session.force_n() > 0.1 && session.tool_m().is_some());
+    };
+    session.loses_force(most_ticks, said, press, |is_wrong| {
+        if !is_wrong {
+            let begin = Instant::now();
+            while twin.motors() != [0; 3] {
+                assert!(begin.elapsed() < Duration::from_secs(20), "{said}: the motors go on: {:?}", twin.motors());
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            twin.hold_at(FREE);
+        }
+        goes(&twin, is_wrong);
+    });
+}
+
+#[test]
+fn falcon_pulled_out_in_mid_press_has_no_force_within_two_ticks_and_comes_back() {
+    fails(2, "plug it in", |twin, is_out| if is_out { twin.unplug() } else { twin.plug() });
 }
 
 #[test]
 fn falcon_that_breaks_its_protocol_loses_its_force_and_is_heard_again_afterwards() {
-    for (trouble, said) in
-        [(Trouble::Silent, "not answered"), (Trouble::Noise, "packets"), (Trouble::Impossible, "encoders")]
-    {
-        let twin = FalconTwin::default();
-        let mut session = session(&twin, FalconSettings::default());
-        press(&mut session, &twin);
-        twin.with(|state| state.trouble = trouble);
-        session.until("the force is off", |session| session.force_n() == 0.0);
-        session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains(said)));
-        assert_eq!(twin.motors(), [0; 3], "{trouble:?}: the motors go on");
-        twin.with(|state| state.trouble = Trouble::None);
-        twin.hold_at(FREE);
-        session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
+    // a leg that cannot be is known at once; bytes that are no packet are when nothing else comes: one exchange before, three that are
+    // due and two ticks; so is one that answers late
+    for (trouble, most_ticks, said) in [
+        (Trouble::Impossible, 2, "encoders"),
+        (Trouble::Noise, 7, "packets"),
+        (Trouble::Silent, 7, "not answered"),
+        (Trouble::Late(200), 7, "not answered"),
+        (Trouble::Late(30), 7, "late again and again"),
+    ] {
+        fails(most_ticks, said, |twin, is_wrong| {
+            twin.with(|state| state.trouble = if is_wrong { trouble } else { Trouble::None });
+        });
     }
+}
+
+#[test]
+fn of_two_falcons_the_one_of_that_number_is_felt_and_the_other_left_alone() {
+    let twins = [FalconTwin::default(), FalconTwin::default()];
+    let driver = |number| {
+        let settings = FalconSettings { number, ..FalconSettings::default() };
+        FalconDriver::new(FalconBus::of(&twins), settings)
+    };
+    assert_eq!(driver(1).probe().unwrap(), "Novint Falcon 1 (of 2: another with --device falcon:number=0)");
+    let missing = driver(2).probe().unwrap_err().to_string();
+    assert!(missing.contains("no number 2 among 2") && !missing.contains('\n'), "{missing}");
+    let mut session = HandSession::new(driver(1), calibration(), kind());
+    twins[0].hold_at(FREE + Vec3::X * 0.03);
+    press(&mut session, &twins[1]);
+    assert_eq!(session.monitor().about().as_deref(), Some("Novint Falcon 1 of 2"));
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    assert!(session.tool_m().unwrap().x.abs() < 0.005, "{:?}", session.tool_m());
+    assert_eq!((twins[0].motors(), twins[0].with(|state| state.requests.len())), ([0; 3], 0));
+    // the other one is pulled out, and what is in the hand stays; pulled out as well, it is of no number until both are back
+    twins[0].unplug();
+    session.pass(Duration::from_millis(100));
+    session.until("it is still felt", |session| session.notice().is_none() && twins[1].motors() != [0; 3]);
+    twins[1].unplug();
+    session.until("none is there", |session| session.notice().is_some_and(|said| said.contains("nothing on USB")));
+    twins[1].hold_at(FREE);
+    twins[1].plug();
+    session.until("it is said", |session| session.notice().is_some_and(|said| said.contains("no number 1 among 1")));
+    assert_eq!(session.tool_m(), None);
+    twins[0].plug();
+    session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The gamepad's driver against a scripted pad: where the sticks take the tool, what the motors do, and pulling it out.
 //!
-//! No gamepad was at hand: how Linux names a pad's sticks and motors is left to the `evdev` crate and not tested here.
+//! No gamepad was at hand. How Linux names a pad's sticks and motors is `device_gamepad_linux.rs`'s.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -35,13 +35,24 @@ impl Scripted {
     }
 }
 
-impl Pads for Scripted {
+/// The pads that are plugged in, with their names.
+struct Shelf(Vec<(&'static str, Scripted)>);
+
+impl Shelf {
+    fn plugged(&self) -> impl Iterator<Item = &(&'static str, Scripted)> {
+        self.0.iter().filter(|(_, pad)| !pad.0.lock().unwrap().unplugged)
+    }
+}
+
+impl Pads for Shelf {
     fn names(&mut self) -> Vec<String> {
-        if self.0.lock().unwrap().unplugged { Vec::new() } else { vec!["scripted pad".into()] }
+        self.plugged().map(|(name, _)| (*name).to_owned()).collect()
     }
 
-    fn open(&mut self, _: usize) -> Result<Box<dyn Pad>, DeviceFault> {
-        Ok(Box::new(self.clone()))
+    fn open(&mut self, number: usize) -> Result<Box<dyn Pad>, DeviceFault> {
+        let gone =
+            || DeviceFault::Gone { device: "gamepad", reason: "the driver did not look how many there are".into() };
+        Ok(Box::new(self.plugged().nth(number).ok_or_else(gone)?.1.clone()))
     }
 }
 
@@ -66,7 +77,8 @@ impl Pad for Scripted {
 
 fn session(pad: &Scripted) -> HandSession {
     let calibration = Calibration::new(Axes::YUp, MIDDLE_M);
-    HandSession::new(GamepadDriver::new(pad.clone(), 0), calibration, DeviceSpecs::MOUSE)
+    let shelf = Shelf(vec![("scripted pad", pad.clone())]);
+    HandSession::new(GamepadDriver::new(shelf, 0), calibration, DeviceSpecs::MOUSE)
 }
 
 const PULLED: Sticks = Sticks { left: Vec2::ZERO, right: Vec2::ZERO, trigger: 1.0, buttons: 0 };
@@ -82,6 +94,28 @@ fn a_pad_without_motors_says_so() {
     };
     assert_eq!(about(false), "scripted pad");
     assert_eq!(about(true), "scripted pad, without motors");
+}
+
+#[test]
+fn of_two_pads_the_one_of_that_number_hums_and_the_other_is_left_alone() {
+    let pads = [Scripted::default(), Scripted::default()];
+    let driver = |number| {
+        let shelf = Shelf(["one", "two"].into_iter().zip(pads.clone()).collect());
+        GamepadDriver::new(shelf, number)
+    };
+    assert_eq!(driver(0).probe().unwrap(), "one (of 2: another with --device gamepad:number=1 (two))");
+    assert_eq!(driver(1).probe().unwrap(), "two (of 2: another with --device gamepad:number=0 (one))");
+    let missing = driver(2).probe().unwrap_err().to_string();
+    assert!(missing.contains("no number 2 among 2") && !missing.contains('\n'), "{missing}");
+    let mut session = HandSession::new(driver(1), Calibration::new(Axes::YUp, MIDDLE_M), DeviceSpecs::MOUSE);
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    assert_eq!(session.monitor().about().as_deref(), Some("two"));
+    pads[0].show(Sticks { left: Vec2::X, ..PULLED });
+    pads[1].show(PULLED);
+    session.until("the clay pushes and the pad hums", |session| session.force_n() > 0.2 && pads[1].hum().0 > 0.03);
+    assert_eq!(pads[0].hum(), (0.0, 0.0));
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    assert!(session.tool_m().unwrap().x.abs() < 1e-3, "{:?}", session.tool_m());
 }
 
 #[test]
@@ -121,18 +155,21 @@ fn trigger_presses_and_the_motors_follow_the_force() {
 }
 
 #[test]
-fn pad_pulled_out_in_mid_press_leaves_the_session_and_comes_back() {
+fn pad_pulled_out_in_mid_press_loses_its_force_within_two_ticks_and_comes_back() {
     let pad = Scripted::default();
     let mut session = session(&pad);
-    session.until("the tool is in hand", |session| session.tool_m().is_some());
-    pad.show(PULLED);
-    session.until("the clay pushes", |session| session.force_n() > 0.1);
-    pad.0.lock().unwrap().unplugged = true;
-    session.until("the force is off", |session| session.force_n() == 0.0 && session.tool_m().is_none());
-    session.until("it is said", |session| session.notice().is_some_and(|said| said.contains("plug it in")));
-    pad.show(Sticks::default());
-    pad.0.lock().unwrap().unplugged = false;
-    session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
+    let press = |session: &mut HandSession| {
+        pad.show(PULLED);
+        session.until("the clay pushes", |session| session.force_n() > 0.1 && session.tool_m().is_some());
+    };
+    session.loses_force(2, "plug it in", press, |is_out| {
+        if !is_out {
+            pad.show(Sticks::default());
+        }
+        pad.0.lock().unwrap().unplugged = is_out;
+    });
+    press(&mut session);
+    session.until("it hums", |_| pad.hum().0 > 0.03);
     drop(session);
     assert_eq!(pad.hum(), (0.0, 0.0), "left humming");
 }

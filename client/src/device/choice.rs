@@ -123,6 +123,19 @@ pub enum ChoiceError {
 /// Every device's name.
 const NAMES: [&str; 7] = ["mouse", "gamepad", "inverse3", "openhaptics", "falcon", "simulated", "replay"];
 
+/// Why there is no gamepad elsewhere.
+#[cfg(all(feature = "gamepad", not(target_os = "linux")))]
+const LINUX_ALONE: &str = "gamepads are read on Linux alone so far: hold the mouse, or a haptic device";
+
+/// What was found, and how to choose another one of its kind: `others` are written after `--device`.
+#[cfg(any(feature = "gamepad", feature = "inverse3", feature = "falcon"))]
+pub(super) fn with_others(found: String, others: &[String]) -> String {
+    match others.len() {
+        0 => found,
+        count => format!("{found} (of {}: another with --device {})", count + 1, others.join(" or ")),
+    }
+}
+
 /// What stands behind a name, when it was looked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Survey {
@@ -169,12 +182,11 @@ fn look_for(name: &'static str) -> Result<String, String> {
     match name {
         "mouse" => Ok("the window's pointer, or a finger on its screen".into()),
         #[cfg(all(feature = "gamepad", target_os = "linux"))]
-        "gamepad" => super::gamepad::GamepadDriver::new(super::gamepad::SystemPads, 0)
-            .probe()
-            .map(|names| names.join(", "))
-            .map_err(|fault| fault.to_string()),
+        "gamepad" => {
+            super::gamepad::GamepadDriver::new(super::gamepad::SystemPads, 0).probe().map_err(|fault| fault.to_string())
+        }
         #[cfg(all(feature = "gamepad", not(target_os = "linux")))]
-        "gamepad" => Err("gamepads are read on Linux alone so far".into()),
+        "gamepad" => Err(LINUX_ALONE.into()),
         #[cfg(feature = "inverse3")]
         "inverse3" => super::inverse3::Inverse3Driver::default().probe().map_err(|fault| fault.to_string()),
         #[cfg(feature = "openhaptics")]
@@ -183,7 +195,7 @@ fn look_for(name: &'static str) -> Result<String, String> {
         "falcon" => {
             let settings = super::falcon::FalconSettings::default();
             let probed = super::falcon::FalconDriver::new(super::falcon::UsbBus, settings).probe();
-            probed.map(|count| format!("{count} on USB")).map_err(|fault| fault.to_string())
+            probed.map_err(|fault| fault.to_string())
         }
         "simulated" => Ok(format!(
             "a hand of mass, spring and damper that follows a stroke and is pushed back by a device: specs={}, delay=MS",
@@ -259,7 +271,7 @@ impl DeviceChoice {
                 self.drive(driver, Axes::YUp, super::gamepad::MIDDLE_M, pointer)
             }
             #[cfg(all(feature = "gamepad", not(target_os = "linux")))]
-            Kind::Gamepad(_) => Err(std::io::Error::other("gamepads are read on Linux alone so far")),
+            Kind::Gamepad(_) => Err(std::io::Error::other(LINUX_ALONE)),
             #[cfg(feature = "inverse3")]
             Kind::Inverse3(settings) => {
                 let driver = super::inverse3::Inverse3Driver::new(settings.clone());

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use glam::{DVec3, Vec3};
 use pottery_shared::units::Seconds;
 
+use super::choice::with_others;
 use super::{DeviceFault, Driver, Pace, Port, ROUND, Reading, Reported, SILENCE};
 pub use boot::FIRMWARE_BYTES_MAX;
 pub use bus::UsbBus;
@@ -58,16 +59,31 @@ impl<B: Bus> FalconDriver<B> {
         Self { bus, settings }
     }
 
-    /// Looks whether a Falcon is there, and says how many.
+    /// Which Falcon would be used, and how to choose another.
     ///
     /// # Errors
-    /// [`DeviceFault`] when there is none.
-    pub fn probe(&mut self) -> Result<usize, DeviceFault> {
+    /// [`DeviceFault`] when there is none, or not this many.
+    pub fn probe(&mut self) -> Result<String, DeviceFault> {
+        let (count, own) = (self.count()?, self.settings.number);
+        let others: Vec<_> =
+            (0..count).filter(|number| *number != own).map(|number| format!("falcon:number={number}")).collect();
+        let found = if count > 1 { format!("{DEVICE} {own}") } else { DEVICE.to_owned() };
+        Ok(with_others(found, &others))
+    }
+
+    /// How many are there, of which this is one.
+    fn count(&mut self) -> Result<usize, DeviceFault> {
+        let number = self.settings.number;
         match self.bus.count()? {
             0 => Err(DeviceFault::NotFound {
                 device: DEVICE,
                 reason: format!("nothing on USB is {:04x}:{:04x}", FALCON.0, FALCON.1),
                 remedy: "plug in its cable and its power".into(),
+            }),
+            count if number >= count => Err(DeviceFault::NotFound {
+                device: DEVICE,
+                reason: format!("there is no number {number} among {count}, counted from 0"),
+                remedy: "plug it in, or choose another: --device falcon:number=0".into(),
             }),
             count => Ok(count),
         }
@@ -93,7 +109,7 @@ impl<B: Bus> FalconDriver<B> {
 
 impl<B: Bus> Driver for FalconDriver<B> {
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
-        let count = self.probe()?;
+        let count = self.count()?;
         let mut link = Link::new(self.bus.open(self.settings.number)?);
         boot::set_normal(link.usb.as_mut()).map_err(gone)?;
         let rest = Order { motors: [0; 3], light: Light::Red, homing: true };

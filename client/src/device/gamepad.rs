@@ -1,7 +1,7 @@
 //! A gamepad: the left stick moves the tool, the trigger pushes it in, and the motors hum with the force.
 //!
-//! Owns the way from sticks to a place; where pads come from is [`Pads`]. Verified against a scripted pad in the tests; not
-//! yet tried on hardware.
+//! Owns the way from sticks to a place; where pads come from is [`Pads`]. Verified against a scripted pad in the tests, and
+//! against what Linux says of one; not yet tried on hardware.
 //! Invariant: the place moves no faster than [`SPEED_M_S`] along an axis and never leaves [`REACH_M`].
 
 #[cfg(target_os = "linux")]
@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use glam::{Vec2, Vec3};
 use pottery_shared::units::Seconds;
 
+use super::choice::with_others;
 use super::{DeviceFault, Driver, Pace, Port, Reading, Reported};
 #[cfg(target_os = "linux")]
 pub use linux::SystemPads;
@@ -99,18 +100,26 @@ impl<P: Pads> GamepadDriver<P> {
         Self { pads, number }
     }
 
-    /// Names of the pads that are there.
+    /// Which pad would be used, and how to choose another.
     ///
     /// # Errors
     /// [`DeviceFault`] when there is none, or not this many.
-    pub fn probe(&mut self) -> Result<Vec<String>, DeviceFault> {
+    pub fn probe(&mut self) -> Result<String, DeviceFault> {
+        let names = self.names()?;
+        let others = names.iter().enumerate().filter(|(number, _)| *number != self.number);
+        let others: Vec<_> = others.map(|(number, name)| format!("gamepad:number={number} ({name})")).collect();
+        Ok(with_others(names[self.number].clone(), &others))
+    }
+
+    /// Names of the pads that are there, of which this is one.
+    fn names(&mut self) -> Result<Vec<String>, DeviceFault> {
         let names = self.pads.names();
         if self.number >= names.len() {
             return Err(DeviceFault::NotFound {
                 device: DEVICE,
                 reason: match names.len() {
                     0 => "no input device has a gamepad's sticks and buttons, or none that you may read".into(),
-                    count => format!("there is no number {} among {count}", self.number),
+                    count => format!("there is no number {} among {count}, counted from 0", self.number),
                 },
                 remedy: "plug it in; on Linux you may have to be in the group `input`".into(),
             });
@@ -121,7 +130,7 @@ impl<P: Pads> GamepadDriver<P> {
 
 impl<P: Pads> Driver for GamepadDriver<P> {
     fn serve(&mut self, port: &mut Port) -> Result<(), DeviceFault> {
-        let names = self.probe()?;
+        let names = self.names()?;
         let mut pad = self.pads.open(self.number)?;
         let name = &names[self.number];
         let about = if pad.has_motors() { name.clone() } else { format!("{name}, without motors") };

@@ -25,6 +25,8 @@ pub enum Trouble {
     Impossible,
     /// It changes one byte of the firmware's echo.
     WrongEcho,
+    /// It answers so many milliseconds late.
+    Late(u64),
 }
 
 /// What a Falcon is, behind its cable.
@@ -177,7 +179,7 @@ impl State {
             Trouble::Silent => {}
             Trouble::Noise => self.sends.extend(b"[QQQQRRRRSSSSTU]"),
             Trouble::Impossible => self.answer([i16::MAX; 3], is_homed),
-            Trouble::None | Trouble::WrongEcho => {
+            Trouble::None | Trouble::WrongEcho | Trouble::Late(_) => {
                 let angles = angles_rad(self.grip_m).expect("the test holds the grip within reach");
                 self.answer(angles.map(counts_at), is_homed);
             }
@@ -194,19 +196,49 @@ impl State {
     }
 }
 
-impl Bus for FalconTwin {
-    fn count(&mut self) -> Result<usize, DeviceFault> {
-        Ok(self.with(|state| usize::from(state.plugged)))
-    }
-
-    fn open(&mut self, _: usize) -> Result<Box<dyn Usb>, DeviceFault> {
+impl FalconTwin {
+    fn connect(&self) -> Box<dyn Usb> {
         let connection = self.with(|state| {
             (state.takes_firmware, state.opened) = (false, state.opened + 1);
             state.received.clear();
             state.sends.clear();
             state.opened
         });
-        Ok(Box::new(Cable { twin: self.clone(), connection }))
+        Box::new(Cable { twin: self.clone(), connection })
+    }
+}
+
+/// The Falcons on a bus, numbered as they are plugged in.
+#[derive(Clone, Debug)]
+pub struct FalconBus(Vec<FalconTwin>);
+
+impl From<&FalconTwin> for FalconBus {
+    fn from(only: &FalconTwin) -> Self {
+        Self(vec![only.clone()])
+    }
+}
+
+impl FalconBus {
+    /// Several.
+    #[must_use]
+    pub fn of(falcons: &[FalconTwin]) -> Self {
+        Self(falcons.to_vec())
+    }
+
+    fn plugged(&self) -> impl Iterator<Item = &FalconTwin> {
+        self.0.iter().filter(|falcon| falcon.with(|state| state.plugged))
+    }
+}
+
+impl Bus for FalconBus {
+    fn count(&mut self) -> Result<usize, DeviceFault> {
+        Ok(self.plugged().count())
+    }
+
+    fn open(&mut self, number: usize) -> Result<Box<dyn Usb>, DeviceFault> {
+        let gone =
+            || DeviceFault::Gone { device: "Falcon", reason: "the driver did not look how many there are".into() };
+        Ok(self.plugged().nth(number).ok_or_else(gone)?.connect())
     }
 }
 
@@ -239,6 +271,13 @@ impl Usb for Cable {
             state.sends.drain(..count).zip(&mut into[2..]).for_each(|(byte, to)| *to = byte);
             count
         };
+        if let Trouble::Late(ms) = self.state(|state| state.trouble)? {
+            let wait = Duration::from_millis(ms);
+            std::thread::sleep(wait.min(patience));
+            if wait > patience {
+                return Ok(0);
+            }
+        }
         let count = self.state(fetch)?;
         // the two modem bytes, which come with every packet and without one when the latency timer ends
         into[..2].copy_from_slice(&[0x01, 0x60]);

@@ -18,6 +18,9 @@ use pottery_shared::units::Tick;
 /// Far more than anything takes, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// How often something may go wrong more slowly than it should, since the machine was busy.
+const TRIES: usize = 20;
+
 /// A device at work on an untouched pot.
 #[derive(Debug)]
 pub struct HandSession {
@@ -73,6 +76,41 @@ impl HandSession {
         let begin = Instant::now();
         while begin.elapsed() < time {
             self.tick();
+        }
+    }
+
+    /// Has something go wrong in mid-press until tool and force were gone within so many ticks, each time sees that it is said in one
+    /// sentence with `said` in it and that all is well when it was mended. A busy machine may hold up the driver: that is one of several tries.
+    ///
+    /// # Panics
+    /// When that does not come about, or takes more ticks every time.
+    pub fn loses_force(
+        &mut self,
+        most_ticks: u32,
+        said: &str,
+        mut press: impl FnMut(&mut Self),
+        mut goes: impl FnMut(bool),
+    ) {
+        let mut needed = Vec::new();
+        while needed.iter().all(|ticks| *ticks > most_ticks) {
+            assert!(
+                needed.len() < TRIES,
+                "{needed:?} ticks until there was no force, and no more than {most_ticks} do"
+            );
+            press(self);
+            assert!(self.force_n() > 0.0 && self.tool_m().is_some(), "nothing is pressed");
+            goes(true);
+            let mut ticks = 0;
+            self.until("tool and force are gone", |session| {
+                let has_gone = session.force_n() == 0.0 && session.tool_m().is_none();
+                ticks += u32::from(!has_gone);
+                has_gone
+            });
+            needed.push(ticks);
+            self.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains(said)));
+            assert!(self.notice().is_none_or(|notice| !notice.contains('\n')), "{:?}", self.notice());
+            goes(false);
+            self.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
         }
     }
 

@@ -35,13 +35,9 @@ impl Bus for UsbBus {
     }
 
     fn open(&mut self, number: usize) -> Result<Box<dyn Usb>, DeviceFault> {
-        let falcons = falcons()?;
-        let count = falcons.len();
-        let falcon = falcons.into_iter().nth(number).ok_or_else(|| DeviceFault::NotFound {
-            device: DEVICE,
-            reason: format!("there is no number {number} among {count}"),
-            remedy: "count from 0: --device falcon:number=0".into(),
-        })?;
+        // it was counted just now
+        let gone = || DeviceFault::Gone { device: DEVICE, reason: UsbFault::Gone.to_string() };
+        let falcon = falcons()?.into_iter().nth(number).ok_or_else(gone)?;
         let refused = |error: nusb::Error| DeviceFault::Unusable {
             device: DEVICE,
             reason: error.to_string(),
