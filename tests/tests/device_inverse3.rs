@@ -77,6 +77,64 @@ fn places_velocities_buttons_and_forces_keep_units_and_axes() {
 }
 
 #[test]
+fn service_that_was_set_to_other_axes_is_asked_for_the_devices_own() {
+    for basis in ["XZY", "X-YZ", "ZXY"] {
+        let twin = HaplyTwin::start(FREE);
+        twin.with(|state| {
+            state.basis = basis.into();
+            state.mount = serde_json::json!({ "rotation": { "w": 0.0, "z": 1.0 } });
+        });
+        let mut device =
+            DrivenDevice::open(driver(&twin, None), calibration(), DeviceSpecs::OMNI, pointer().1).unwrap();
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            twin.hold_at(FREE + axis * 0.03);
+            until(&mut device, |device, place| {
+                device.set_force(axis * 1.5);
+                place.is_some_and(|place| place.distance(MIDDLE_ROOM_M + axis * 0.03) < 1e-6)
+                    && twin.force_n() == axis * 1.5
+            });
+        }
+    }
+}
+
+#[test]
+fn service_that_keeps_to_other_axes_or_another_mount_is_not_used_until_it_gives_them_up() {
+    let turned = serde_json::json!({ "rotation": { "w": 0.0, "z": 1.0 } });
+    for (basis, mount, said) in [("XZY", serde_json::json!({}), "axes as XZY"), ("+X+Y+Z", turned, "preset `defaults`")]
+    {
+        let twin = HaplyTwin::start(FREE);
+        twin.with(|state| (state.basis, state.mount, state.is_stubborn) = (basis.into(), mount, true));
+        let mut session = session(&twin);
+        session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains(said)));
+        session.pass(Duration::from_millis(100));
+        assert_eq!((session.tool_m(), session.fault()), (None, None));
+        assert!(!session.notice().unwrap().contains('\n') && twin.force_n() == Vec3::ZERO);
+        twin.with(|state| state.is_stubborn = false);
+        press(&mut session, &twin);
+        assert_eq!(session.notice(), None);
+    }
+}
+
+#[test]
+fn workspace_that_somebody_moves_turns_or_scales_in_mid_press_takes_the_force_away() {
+    for transform in [
+        serde_json::json!({ "position": { "z": 0.05 } }),
+        serde_json::json!({ "rotation": { "w": 0.0, "z": 1.0 } }),
+        serde_json::json!({ "scale": { "x": 2.0, "y": 2.0, "z": 2.0 } }),
+    ] {
+        let twin = HaplyTwin::start(FREE);
+        let mut session = session(&twin);
+        press(&mut session, &twin);
+        twin.with(|state| state.transform = transform);
+        session.until("the force is off", |session| session.force_n() == 0.0 && session.tool_m().is_none());
+        session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains("transform")));
+        session.until("the device has none", |_| twin.force_n() == Vec3::ZERO);
+        twin.with(|state| state.transform = serde_json::json!({}));
+        session.until("it is back", |session| session.force_n() > 0.1 && session.notice().is_none());
+    }
+}
+
+#[test]
 fn it_goes_on_sending_when_there_is_no_force() {
     let twin = HaplyTwin::start(FREE);
     let mut session = session(&twin);
@@ -211,7 +269,8 @@ fn device_pulled_out_of_the_service_is_gone_and_comes_back() {
 fn of_two_devices_the_first_is_taken_or_the_one_that_is_named() {
     let twin = HaplyTwin::start(FREE);
     twin.with(|state| state.devices = vec!["04BA".into(), "049D".into()]);
-    assert!(driver(&twin, None).probe().unwrap().contains("id="));
+    let found = driver(&twin, None).probe().unwrap();
+    assert_eq!(found, "Haply Inverse3 04BA (of 2: another with --device inverse3:id=049D)");
     let mut named = HandSession::new(driver(&twin, Some("049D")), calibration(), DeviceSpecs::OMNI);
     named.until("the tool is in hand", |session| session.tool_m().is_some());
     assert_eq!(twin.with(|state| state.addressed.clone()), "049D");

@@ -1,8 +1,9 @@
 //! Haply's Inverse3, through the WebSocket service that its maker installs.
 //!
 //! Owns the conversation: the service sends its inventory, then exactly one reply for each message; it adds up the forces
-//! of all its clients and lets a device go idle when nobody talks, so that zero is sent as well. Verified against a
-//! service in the tests that keeps that rule and one that does not; not yet tried on hardware.
+//! of all its clients and lets a device go idle when nobody talks, so that zero is sent as well. It turns axes as each client likes:
+//! this one asks for the device's own and looks whether it got them. Verified against a service in the tests that keeps these rules and
+//! one that does not; not yet tried on hardware.
 //! Invariant: never two messages without a reply between them, and a last one that takes the force away.
 
 mod message;
@@ -15,8 +16,9 @@ use glam::Vec3;
 use pottery_shared::units::Seconds;
 use tungstenite::{Message, WebSocket};
 
+use super::choice::with_others;
 use super::{DeviceFault, Driver, Pace, Port, ROUND, Reading, Reported, SILENCE};
-use message::{Frame, Inverse3, force_message};
+use message::{Frame, Inverse3, first_message, force_message};
 
 const DEVICE: &str = "Haply Inverse3";
 /// Where the service listens, from its version 3.5 on.
@@ -79,11 +81,9 @@ impl Inverse3Driver {
                 missing(reason, "plug in its cable and its power")
             })?,
         };
-        let others = match names.len() {
-            1 => String::new(),
-            count => format!(" (of {count}: choose another with inverse3:id=NAME)"),
-        };
-        Ok(((*chosen).to_owned(), format!("{DEVICE} {chosen}{others}")))
+        let others: Vec<_> =
+            names.iter().filter(|name| *name != chosen).map(|name| format!("inverse3:id={name}")).collect();
+        Ok(((*chosen).to_owned(), with_others(format!("{DEVICE} {chosen}"), &others)))
     }
 }
 
@@ -92,6 +92,7 @@ impl Driver for Inverse3Driver {
         let mut talk = Talk::connect(&self.settings.address)?;
         let inventory = talk.receive(PATIENCE)?;
         let (device_id, about) = self.choose(&inventory)?;
+        set_up(&mut talk, &device_id, inventory)?;
         port.found(about, Reported::default());
         let served = serve(&mut talk, &device_id, port);
         talk.part(&device_id);
@@ -104,15 +105,33 @@ impl Driver for Inverse3Driver {
     }
 }
 
+/// Says who is talking and has the service tell places as the device has them.
+fn set_up(talk: &mut Talk, device_id: &str, inventory: Frame) -> Result<(), DeviceFault> {
+    talk.send(first_message(device_id))?;
+    let reply = talk.receive(PATIENCE)?;
+    let config = |frame: Frame| frame.inverse3.into_iter().find(|device| device.device_id == device_id)?.config;
+    // a service that does not say what became of it has left it as it was
+    let config = config(reply).or_else(|| config(inventory)).unwrap_or_default();
+    let unusable =
+        |reason: String, remedy: &str| Err(DeviceFault::Unusable { device: DEVICE, reason, remedy: remedy.into() });
+    if !config.basis.is_own() {
+        let reason = format!("its service tells its axes as {} and not as XYZ", config.basis.permutation);
+        return unusable(reason, "set its basis to XYZ in Haply's program");
+    }
+    if !config.mount.is_none() {
+        let reason = "its service has it mounted elsewhere, turned or scaled".to_owned();
+        return unusable(reason, "choose its preset `defaults` in Haply's program");
+    }
+    Ok(())
+}
+
 fn serve(talk: &mut Talk, device_id: &str, port: &mut Port) -> Result<(), DeviceFault> {
     let mut pace = Pace::new();
-    let mut is_first = true;
     let mut unfit: Option<&'static str> = None;
     while !port.is_closing() {
         // a device that is not fit gets no force, and is asked on
         let force_n = if unfit.is_some() { Vec3::ZERO } else { port.force_n() };
-        talk.send(device_id, force_n, is_first)?;
-        is_first = false;
+        talk.send(force_message(device_id, force_n))?;
         let frame = talk.receive(SILENCE)?;
         talk.expect_nothing_more()?;
         let buttons = frame.buttons();
@@ -144,6 +163,10 @@ fn complaint(device: &Inverse3) -> Option<&'static str> {
         )
     } else if !device.status.ready {
         Some("the Haply Inverse3 is not ready: look at its light and its manual; its force is off until it is")
+    } else if !device.state.transform.is_none() {
+        Some(
+            "the Haply Inverse3's service moves, turns or scales its workspace: take that transform back; its force is off until then",
+        )
     } else {
         None
     }
@@ -195,8 +218,8 @@ impl Talk {
         Ok(Self { socket })
     }
 
-    fn send(&mut self, device_id: &str, force_n: Vec3, is_first: bool) -> Result<(), DeviceFault> {
-        let message = force_message(device_id, force_n, is_first).map_err(|error| DeviceFault::Protocol {
+    fn send(&mut self, message: Result<String, String>) -> Result<(), DeviceFault> {
+        let message = message.map_err(|error| DeviceFault::Protocol {
             device: DEVICE,
             expected: "a finite force",
             found: error,
@@ -263,7 +286,7 @@ impl Talk {
     /// Takes the force away and leaves; a service that is gone has done both.
     fn part(&mut self, device_id: &str) {
         // the reply says that the service has taken it
-        let said = self.send(device_id, Vec3::ZERO, false).and_then(|()| self.receive(SILENCE)).is_ok();
+        let said = self.send(force_message(device_id, Vec3::ZERO)).and_then(|()| self.receive(SILENCE)).is_ok();
         if let Err(error) = self.socket.close(None).and_then(|()| self.socket.flush()) {
             tracing::debug!(%error, said, "the service did not hear the end");
         }

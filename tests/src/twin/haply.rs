@@ -47,6 +47,14 @@ pub struct State {
     pub cursor_m: Vec3,
     /// How fast, m/s.
     pub velocity_m_s: Vec3,
+    /// Which axes it tells, as Haply's letters have it.
+    pub basis: String,
+    /// Where and how the device stands.
+    pub mount: Value,
+    /// What somebody does to its workspace.
+    pub transform: Value,
+    /// Whether it takes no other basis and no preset.
+    pub is_stubborn: bool,
     /// Whether the grip's second button is down.
     pub button_b: bool,
     /// What was sent last, N.
@@ -93,6 +101,10 @@ impl HaplyTwin {
             devices: vec!["04BA".into()],
             cursor_m,
             velocity_m_s: Vec3::ZERO,
+            basis: "XYZ".into(),
+            mount: json!({}),
+            transform: json!({}),
+            is_stubborn: false,
             button_b: false,
             force_n: Vec3::ZERO,
             addressed: String::new(),
@@ -180,14 +192,14 @@ fn talk(stream: TcpStream, state: &Mutex<State>, is_closing: &AtomicBool) {
     while goes_on && !is_closing.load(Ordering::Relaxed) {
         match socket.read() {
             Ok(Message::Text(text)) => {
-                look().obey(text.as_str());
                 let (trouble, reply) = {
                     let mut state = look();
+                    let is_full = state.obey(text.as_str());
                     let trouble = state.trouble;
                     if matches!(trouble, Trouble::LateOnce(_)) {
                         state.trouble = Trouble::None;
                     }
-                    (trouble, state.report(false).to_string())
+                    (trouble, state.report(is_full).to_string())
                 };
                 goes_on = answer(&mut socket, trouble, reply);
             }
@@ -220,15 +232,42 @@ fn answer(socket: &mut WebSocket<TcpStream>, trouble: Trouble, reply: String) ->
 }
 
 impl State {
-    /// What the service says: everything at first, states afterwards.
+    /// A vector of the device's in the axes that are told.
+    fn told(&self, own: Vec3) -> Vec3 {
+        let [x, y, z] = self.axes();
+        Vec3::new(x.dot(own), y.dot(own), z.dot(own))
+    }
+
+    /// The axes that are told, in the device's frame.
+    fn axes(&self) -> [Vec3; 3] {
+        let mut axes = [Vec3::ZERO; 3];
+        let (mut sign, mut at) = (1.0, 0);
+        for letter in self.basis.chars() {
+            let axis = match letter {
+                'X' => Vec3::X,
+                'Y' => Vec3::Y,
+                'Z' => Vec3::Z,
+                letter => {
+                    sign = if letter == '-' { -1.0 } else { 1.0 };
+                    continue;
+                }
+            };
+            (axes[at], at, sign) = (axis * sign, at + 1, 1.0);
+        }
+        axes
+    }
+
+    /// What the service says: everything at first and when it is asked to, states otherwise.
     fn report(&self, is_inventory: bool) -> Value {
         let vector = |v: Vec3| json!({ "x": v.x, "y": v.y, "z": v.z });
         let place = match self.trouble {
             Trouble::NotANumber => json!({ "x": null, "y": "NaN", "z": 1e300 }),
-            _ => vector(self.cursor_m),
+            _ => vector(self.told(self.cursor_m)),
         };
-        let mut state =
-            json!({ "mode": "idle", "cursor_position": place, "cursor_velocity": vector(self.velocity_m_s) });
+        let velocity = vector(self.told(self.velocity_m_s));
+        let mut state = json!({
+            "mode": "idle", "cursor_position": place, "cursor_velocity": velocity, "transform": self.transform,
+        });
         if self.trouble == Trouble::Stateless {
             state = json!({});
         }
@@ -238,7 +277,8 @@ impl State {
         let device = |name: &String| {
             let mut device = json!({ "device_id": name, "state": state, "status": status });
             if is_inventory {
-                device["config"] = json!({ "type": "inverse3", "port": "COM18", "basis": { "permutation": "XYZ" } });
+                let basis = json!({ "permutation": self.basis });
+                device["config"] = json!({ "type": "inverse3", "port": "COM18", "basis": basis, "mount": self.mount });
             }
             device
         };
@@ -248,7 +288,8 @@ impl State {
         json!({ "session_id": 16, "inverse3": inverse3, "verse_grip": [], "wireless_verse_grip": [grip] })
     }
 
-    fn obey(&mut self, text: &str) {
+    /// Does what a message says; whether everything is to be told.
+    fn obey(&mut self, text: &str) -> bool {
         let message: Value = serde_json::from_str(text).unwrap_or_default();
         if self.messages == 0 {
             self.first = message.clone();
@@ -256,8 +297,18 @@ impl State {
         self.messages += 1;
         let command = &message["inverse3"][0];
         self.addressed = command["device_id"].as_str().unwrap_or_default().to_owned();
+        if let Some(basis) = message["session"]["configure"]["basis"]["permutation"].as_str()
+            && !self.is_stubborn
+        {
+            self.basis = basis.to_owned();
+        }
+        if command["configure"]["preset"]["preset"] == "defaults" && !self.is_stubborn {
+            self.mount = json!({});
+        }
         let vector = &command["commands"]["set_cursor_force"]["vector"];
         let along = |axis: &str| vector[axis].as_f64().unwrap_or(f64::NAN) as f32;
-        self.force_n = Vec3::new(along("x"), along("y"), along("z"));
+        let [x, y, z] = self.axes();
+        self.force_n = x * along("x") + y * along("y") + z * along("z");
+        message["session"]["force_render_full_state"].is_object()
     }
 }

@@ -1,6 +1,6 @@
 //! The JSON of Haply's service, version 3.5 and later, as far as a force and a place need it.
 //!
-//! Pure. Names from Haply's public protocol page and its `haply` crate, whose dependencies (an HTTP client with a C
+//! Pure. Names from Haply's public pages on its protocol, bases, mounts and device configuration and its `haply` crate, whose dependencies (an HTTP client with a C
 //! library, linear algebra) this program does not want. The service leaves out what is as by default.
 //! Invariant: what is no number in JSON never becomes one here.
 
@@ -26,12 +26,93 @@ pub(super) struct Frame {
 pub(super) struct Inverse3 {
     /// Its name on this machine.
     pub(super) device_id: String,
+    /// How it is set up for this client, in a full report.
+    #[serde(default)]
+    pub(super) config: Option<Config>,
     /// How it is.
     #[serde(default)]
     pub(super) status: Status,
     /// Where it is.
     #[serde(default)]
     pub(super) state: State,
+}
+
+/// How a device is set up for a client.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Config {
+    /// Which axis is which.
+    pub(super) basis: Basis,
+    /// Where and how it stands.
+    pub(super) mount: Transform,
+}
+
+/// Which of the device's axes, x right, y away and z up, are the client's: their letters in order, `-` before one that is turned round.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(default)]
+pub(super) struct Basis {
+    /// The letters.
+    pub(super) permutation: String,
+}
+
+impl Default for Basis {
+    fn default() -> Self {
+        Self { permutation: "XYZ".into() }
+    }
+}
+
+impl Basis {
+    /// Whether axes are what they are.
+    #[must_use]
+    pub(super) fn is_own(&self) -> bool {
+        self.permutation.replace('+', "") == Self::default().permutation
+    }
+}
+
+/// What the service does to places before it tells them.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Transform {
+    /// Moves them, m.
+    position: Vector,
+    /// Turns them.
+    rotation: Quaternion,
+    /// Makes them larger.
+    scale: Scale,
+}
+
+impl Transform {
+    /// Whether it changes nothing that could be felt: a tenth of a millimetre, or of a degree at a metre.
+    #[must_use]
+    pub(super) fn is_none(&self) -> bool {
+        let Quaternion { x, y, z, .. } = self.rotation;
+        let scale = Vec3::new(self.scale.x, self.scale.y, self.scale.z) - Vec3::ONE;
+        [self.position.to_vec3(), Vec3::new(x, y, z), scale].iter().all(|part| part.abs().max_element() < 1e-4)
+    }
+}
+
+/// A turn; none by itself.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Quaternion {
+    x: f32,
+    y: f32,
+    z: f32,
+}
+
+/// Factors; one each by itself.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default)]
+struct Scale {
+    x: f32,
+    y: f32,
+    z: f32,
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self { x: 1.0, y: 1.0, z: 1.0 }
+    }
 }
 
 /// How a device is; what is left out is well.
@@ -60,6 +141,8 @@ pub(super) struct State {
     pub(super) cursor_position: Option<Vector>,
     /// And how fast, m/s.
     pub(super) cursor_velocity: Option<Vector>,
+    /// What somebody does to its workspace.
+    pub(super) transform: Transform,
 }
 
 /// A grip, for its buttons.
@@ -147,12 +230,14 @@ struct Message<'a> {
 
 #[derive(Serialize)]
 struct Session {
-    configure: Configure,
+    configure: SessionConfigure,
+    force_render_full_state: Nothing,
 }
 
 #[derive(Serialize)]
-struct Configure {
+struct SessionConfigure {
     profile: Profile,
+    basis: Basis,
 }
 
 #[derive(Serialize)]
@@ -161,9 +246,24 @@ struct Profile {
 }
 
 #[derive(Serialize)]
+struct Nothing {}
+
+#[derive(Serialize)]
 struct Addressed<'a> {
     device_id: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    configure: Option<DeviceConfigure>,
     commands: Commands,
+}
+
+#[derive(Serialize)]
+struct DeviceConfigure {
+    preset: Preset,
+}
+
+#[derive(Serialize)]
+struct Preset {
+    preset: &'static str,
 }
 
 #[derive(Serialize)]
@@ -176,14 +276,34 @@ struct SetCursorForce {
     vector: Vector,
 }
 
-/// The message that gives a device a force, N in its frame; the first one also says who is talking.
+/// The message that gives a device a force, N in its frame.
 ///
 /// # Errors
 /// None for a finite force; what JSON says of another.
-pub(super) fn force_message(device_id: &str, force_n: Vec3, is_first: bool) -> Result<String, String> {
-    let session = is_first.then_some(Session { configure: Configure { profile: Profile { name: "pottery-studio" } } });
+pub(super) fn force_message(device_id: &str, force_n: Vec3) -> Result<String, String> {
+    said(device_id, force_n, None, None)
+}
+
+/// The first message: says who is talking, asks for the device's own axes and place for as long as that lasts, gives no force and
+/// asks for a full report.
+///
+/// # Errors
+/// None; what JSON says of what it cannot write.
+pub(super) fn first_message(device_id: &str) -> Result<String, String> {
+    let configure = SessionConfigure { profile: Profile { name: "pottery-studio" }, basis: Basis::default() };
+    let session = Session { configure, force_render_full_state: Nothing {} };
+    let preset = DeviceConfigure { preset: Preset { preset: "defaults" } };
+    said(device_id, Vec3::ZERO, Some(session), Some(preset))
+}
+
+fn said(
+    device_id: &str,
+    force_n: Vec3,
+    session: Option<Session>,
+    configure: Option<DeviceConfigure>,
+) -> Result<String, String> {
     let commands = Commands { set_cursor_force: SetCursorForce { vector: force_n.into() } };
-    let message = Message { session, inverse3: [Addressed { device_id, commands }] };
+    let message = Message { session, inverse3: [Addressed { device_id, configure, commands }] };
     serde_json::to_string(&message).map_err(|error| error.to_string())
 }
 
@@ -193,14 +313,38 @@ mod tests {
 
     #[test]
     fn force_message_is_the_one_of_the_public_protocol() {
-        let message = force_message("049D", Vec3::new(0.0, 0.0, 1.5), false).unwrap();
+        let message = force_message("049D", Vec3::new(0.0, 0.0, 1.5)).unwrap();
         let expected = r#"{"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"vector":{"x":0.0,"y":0.0,"z":1.5}}}}]}"#;
         assert_eq!(message, expected);
-        let first = force_message("049D", Vec3::ZERO, true).unwrap();
-        assert!(
-            first.starts_with(r#"{"session":{"configure":{"profile":{"name":"pottery-studio"}}},"inverse3":"#),
-            "{first}"
+        let expected = concat!(
+            r#"{"session":{"configure":{"profile":{"name":"pottery-studio"},"basis":{"permutation":"XYZ"}},"force_render_full_state":{}},"#,
+            r#""inverse3":[{"device_id":"049D","configure":{"preset":{"preset":"defaults"}},"#,
+            r#""commands":{"set_cursor_force":{"vector":{"x":0.0,"y":0.0,"z":0.0}}}}]}"#
         );
+        assert_eq!(first_message("049D").unwrap(), expected);
+    }
+
+    #[test]
+    fn what_is_left_out_of_a_transform_does_nothing_and_what_is_there_is_seen() {
+        let transform = |text: &str| serde_json::from_str::<Transform>(text).unwrap();
+        for text in [
+            "{}",
+            r#"{"position":{"x":0,"y":0,"z":0},"rotation":{"w":1,"x":0,"y":0,"z":0},"scale":{"x":1,"y":1,"z":1}}"#,
+            r#"{"rotation":{"w":-1},"scale":{"y":1}}"#,
+        ] {
+            assert!(transform(text).is_none(), "{text}");
+        }
+        for text in [
+            r#"{"position":{"z":0.01}}"#,
+            r#"{"rotation":{"w":0.6,"z":0.8}}"#,
+            r#"{"scale":{"x":2}}"#,
+            r#"{"scale":{"x":0.5,"y":0.5,"z":0.5}}"#,
+        ] {
+            assert!(!transform(text).is_none(), "{text}");
+        }
+        let is_own = |permutation: &str| Basis { permutation: permutation.into() }.is_own();
+        assert!(is_own("XYZ") && is_own("+X+Y+Z"));
+        assert!(!is_own("XZY") && !is_own("X-YZ") && !is_own(""));
     }
 
     #[test]
