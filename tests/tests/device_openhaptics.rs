@@ -85,10 +85,17 @@ fn reported_limits_stand_in_the_place_of_what_is_known_of_the_kind() {
     assert_eq!((specs.peak_force_n, specs.continuous_force_n), (3.0, Some(0.8)));
     // 0.5 N/mm and 0.003 N s/mm
     assert!((specs.stiffness_max_n_m - 500.0).abs() < 1e-3 && (specs.damping_max_ns_m - 3.0).abs() < 1e-5, "{specs:?}");
-    assert_eq!(specs.workspace_radius_m, DeviceSpecs::OMNI.workspace_radius_m);
+    // 160 mm wide, 120 mm high and 70 mm deep
+    assert!((specs.workspace_radius_m - 0.035).abs() < 1e-6, "{specs:?}");
     let halved = Calibration::new(Axes::YUp, MIDDLE_M).scaled(2.0).unwrap();
     let scaled = DrivenDevice::open(driver(&twin, None), halved, DeviceSpecs::OMNI, pointer().1).unwrap();
     assert!((scaled.specs().stiffness_max_n_m - 250.0).abs() < 1e-3);
+    assert!((scaled.specs().workspace_radius_m - 0.07).abs() < 1e-6);
+    drop(scaled);
+    // one that ends before it begins is not believed, and the rest is
+    twin.set(Trouble::OddWorkspace, FREE, 0);
+    let specs = device(&twin).specs();
+    assert_eq!((specs.workspace_radius_m, specs.peak_force_n), (DeviceSpecs::OMNI.workspace_radius_m, 3.0));
 }
 
 #[test]
@@ -119,20 +126,79 @@ fn clay_holds_the_stylus_back() {
     assert!(stylus.sent_n.z > 0.0 && stylus.at_mm.z > f64::from(PRESSED.z) * 1e3, "{stylus:?}");
 }
 
+/// Has the library fail in mid-press, in so many ticks at most, and looks whether the stylus is without force as well.
+fn fails(trouble: Trouble, most_ticks: u32, said: &str) {
+    let twin = HdapiTwin::compile();
+    let mut session = session(&twin);
+    let press = |session: &mut HandSession| press(session, &twin);
+    session.loses_force(most_ticks, said, press, |is_wrong| {
+        let (trouble, hand_m) = if is_wrong { (trouble, PRESSED) } else { (Trouble::None, FREE) };
+        if !is_wrong {
+            // it rests for as long as something is wrong
+            let begin = Instant::now();
+            while twin.look().sent_n.length() > 0.0 {
+                assert!(begin.elapsed() < Duration::from_secs(30), "{trouble:?}: {:?}", twin.look());
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+        twin.set(trouble, hand_m, 0);
+    });
+}
+
 #[test]
-fn device_that_fails_in_mid_press_loses_its_force_and_comes_back() {
-    for (trouble, said) in [(Trouble::Unplugged, "plug it in again"), (Trouble::Frozen, "not answered")] {
-        let twin = HdapiTwin::compile();
-        let mut session = session(&twin);
-        press(&mut session, &twin);
-        twin.set(trouble, PRESSED, 0);
-        session.until("the force is off", |session| session.force_n() == 0.0 && session.tool_m().is_none());
-        session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains(said)));
-        session.until("the device has none", |_| twin.look().sent_n.length() == 0.0);
-        twin.set(Trouble::None, FREE, 0);
-        session.until("it is back", |session| session.tool_m().is_some() && session.notice().is_none());
-        press(&mut session, &twin);
+fn device_that_fails_in_mid_press_has_no_force_within_two_ticks_and_comes_back() {
+    for (trouble, said) in [
+        (Trouble::Unplugged, "plug it in again"),
+        (Trouble::ErrorsWithoutEnd, "plug it in again"),
+        (Trouble::OddErrors, "unknown"),
+    ] {
+        fails(trouble, 2, said);
     }
+}
+
+#[test]
+fn library_that_calls_late_or_not_at_all_loses_its_force_when_three_calls_are_due() {
+    // one may have come just before, and a call may be under way: 1 + 3 + 2 + 1 ms of the loop's rhythm
+    for (trouble, said) in
+        [(Trouble::Frozen, "not answered"), (Trouble::VeryLate, "not answered"), (Trouble::Late, "late")]
+    {
+        fails(trouble, 7, said);
+    }
+}
+
+#[test]
+fn library_without_a_function_is_one_sentence_that_names_it_and_the_mouse_works() {
+    for function in ["hdGetError", "hdUnschedule", "hdSetDoublev"] {
+        let twin = HdapiTwin::without(function);
+        let (mut window, mouse) = pointer();
+        let mut session = HandSession::beside(mouse, driver(&twin, None), calibration(), DeviceSpecs::OMNI);
+        session.until("it is said", |session| session.notice().is_some_and(|said| said.contains(function)));
+        let said = session.notice().unwrap();
+        assert!(said.contains("install OpenHaptics") && !said.contains('\n'), "{said}");
+        window.write(Pointer { target_m: Some(MIDDLE_ROOM_M), ..Pointer::default() });
+        session.until("the mouse has the tool", |session| session.tool_m().is_some());
+    }
+}
+
+#[test]
+fn of_two_styli_the_one_that_is_named_is_felt_and_the_other_left_alone() {
+    let twin = HdapiTwin::compile();
+    let mut session = HandSession::new(driver(&twin, Some("Left Device")), calibration(), DeviceSpecs::OMNI);
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    // the default one goes where it likes
+    for step in 1..=200 {
+        twin.set_one(0, Trouble::None, Vec3::X * 0.05, 0b1);
+        twin.set_one(1, Trouble::None, FREE.lerp(PRESSED, step as f32 / 200.0), 0b10);
+        session.tick();
+    }
+    session.until("the clay pushes", |session| session.force_n() > 0.1 && twin.look_at(1).sent_n.length() > 0.1);
+    let (default, left) = (twin.look(), twin.look_at(1));
+    assert!(!default.is_open && default.frames == 0 && default.sent_n.length() == 0.0, "{default:?}");
+    assert!(left.is_open && left.sent_n.z > 0.0, "{left:?}");
+    session.until("the tool is in hand", |session| session.tool_m().is_some());
+    assert!(session.tool_m().unwrap().x.abs() < 0.01, "{:?}", session.tool_m());
+    let chosen = driver(&twin, None).probe().unwrap();
+    assert!(chosen.contains("set as default") && chosen.contains("openhaptics:name="), "{chosen}");
 }
 
 #[test]

@@ -16,6 +16,8 @@ pub struct Reported {
     pub stiffness_max_n_m: Option<f32>,
     /// Largest damping, N·s/m.
     pub damping_max_ns_m: Option<f32>,
+    /// Radius of the sphere in which it moves freely, m.
+    pub workspace_radius_m: Option<f32>,
 }
 
 impl Reported {
@@ -30,6 +32,7 @@ impl Reported {
             continuous_force_n: self.continuous_force_n.or(kind.continuous_force_n).map(below_peak),
             stiffness_max_n_m: self.stiffness_max_n_m.unwrap_or(kind.stiffness_max_n_m),
             damping_max_ns_m: self.damping_max_ns_m.unwrap_or(kind.damping_max_ns_m),
+            workspace_radius_m: self.workspace_radius_m.unwrap_or(kind.workspace_radius_m),
             ..kind
         }
     }
@@ -46,6 +49,10 @@ impl Reported {
             ),
             stiffness_max_n_m: kept(self.stiffness_max_n_m, Self { stiffness_max_n_m: self.stiffness_max_n_m, ..none }),
             damping_max_ns_m: kept(self.damping_max_ns_m, Self { damping_max_ns_m: self.damping_max_ns_m, ..none }),
+            workspace_radius_m: kept(
+                self.workspace_radius_m,
+                Self { workspace_radius_m: self.workspace_radius_m, ..none },
+            ),
         }
     }
 }

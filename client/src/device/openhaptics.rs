@@ -52,7 +52,7 @@ impl OpenHapticsDriver {
         Self { settings, api: None }
     }
 
-    /// Opens the device for a moment and says which it is.
+    /// Opens the device for a moment and says which it is, and how to choose another: the library does not say whether there are.
     ///
     /// # Errors
     /// [`DeviceFault`] when there is no library or no device.
@@ -60,7 +60,8 @@ impl OpenHapticsDriver {
         let (api, device) = self.open()?;
         let model = api.model();
         api.close(device);
-        Ok(model)
+        let which = self.settings.name.as_deref().unwrap_or("the one set as default");
+        Ok(format!("{model}, {which}; another with --device openhaptics:name=NAME, as the vendor's program has it"))
     }
 
     fn open(&mut self) -> Result<(Arc<Api>, u32), DeviceFault> {
@@ -114,7 +115,12 @@ fn reported(api: &Api) -> Reported {
         let [value, ..] = api.three(what);
         (api.error() == 0 && value.is_finite()).then_some((value * unit) as f32)
     };
+    let [x0, y0, z0, x1, y1, z1, ..] = api.numbers(hdapi::USABLE_WORKSPACE);
+    let half_m = DVec3::new(x1 - x0, y1 - y0, z1 - z0) * (0.5 * MM);
+    // nothing depends on it so much that a device would be refused for it
+    let is_sound = api.error() == 0 && half_m.is_finite() && (1e-3..=1.0).contains(&half_m.min_element());
     Reported {
+        workspace_radius_m: is_sound.then_some(half_m.min_element() as f32),
         peak_force_n: ask(hdapi::NOMINAL_MAX_FORCE, 1.0),
         continuous_force_n: ask(hdapi::NOMINAL_MAX_CONTINUOUS_FORCE, 1.0),
         stiffness_max_n_m: ask(hdapi::NOMINAL_MAX_STIFFNESS, 1.0 / MM),
@@ -204,6 +210,10 @@ impl Frame<'_> {
         self.api.end_frame(self.device);
         let code = self.api.error();
         if code != 0 {
+            if !is_about_force(code) {
+                // the driver's thread looks after it later than the hand's next tick
+                self.port.withdraw();
+            }
             self.rest = REST_FRAMES;
             self.error.store(code, Ordering::Relaxed);
             self.api.forget_errors();

@@ -1,14 +1,13 @@
-//! The stand-in for the vendor's library: compiles `hdapi.c` and moves the stylus behind it.
+//! The stand-in for the vendor's library: compiles `hdapi.c` and moves the styli behind it.
 //!
-//! Invariant: a test that cannot compile says which compiler to install; each twin is a library file of its own, so that
-//! tests in one process share no stylus.
+//! Invariant: tests in one process share no stylus.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DVec3, Vec3};
 use libloading::Library;
+
+use super::compiled;
 
 /// What the library does wrong; the numbers are those of `hdapi.c`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +24,16 @@ pub enum Trouble {
     Warm = 4,
     /// The device says that it gives no force.
     ZeroLimits = 5,
+    /// The callback is called every 30 ms.
+    Late = 6,
+    /// The callback is called every 200 ms.
+    VeryLate = 7,
+    /// The library always has one more error.
+    ErrorsWithoutEnd = 8,
+    /// And it is one that nobody knows.
+    OddErrors = 9,
+    /// The device says that its workspace ends before it begins.
+    OddWorkspace = 10,
 }
 
 /// A compiled library with a stylus.
@@ -56,18 +65,20 @@ impl HdapiTwin {
     /// Without a C compiler, with what to install.
     #[must_use]
     pub fn compile() -> Self {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/twin/hdapi.c");
-        let file = std::env::temp_dir().join(format!("hdapi-twin-{}-{number}.so", std::process::id()));
-        let arguments = ["-shared", "-fPIC", "-O1", "-o"];
-        let compiled = Command::new("cc").args(arguments).arg(&file).arg(&source).args(["-lpthread", "-lm"]).output();
-        let compiled = compiled.unwrap_or_else(|error| {
-            panic!(
-                "the stand-in for HDAPI needs a C compiler named cc: {error} (Debian: apt-get install gcc libc6-dev)"
-            )
-        });
-        assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+        Self::compile_with(&[])
+    }
+
+    /// The same without one of its functions.
+    ///
+    /// # Panics
+    /// Without a C compiler, with what to install.
+    #[must_use]
+    pub fn without(function: &str) -> Self {
+        Self::compile_with(&[&format!("-D{function}=another_{function}")])
+    }
+
+    fn compile_with(flags: &[&str]) -> Self {
+        let file = compiled::library("hdapi.c", flags);
         // SAFETY: the library was compiled from the source beside this file; it has no initialisers.
         let library = unsafe { Library::new(&file) }.expect("the library that was just compiled");
         Self { file, library }
@@ -84,11 +95,20 @@ impl HdapiTwin {
     /// # Panics
     /// When the library is another one.
     pub fn set(&self, trouble: Trouble, hand_m: Vec3, buttons: i32) {
+        self.set_one(0, trouble, hand_m, buttons);
+    }
+
+    /// The same of stylus 0, the default one, or 1.
+    ///
+    /// # Panics
+    /// When the library is another one.
+    pub fn set_one(&self, stylus: i32, trouble: Trouble, hand_m: Vec3, buttons: i32) {
+        assert!((0..2).contains(&stylus), "there are two");
         let mm = (hand_m.as_dvec3() * 1e3).to_array();
-        // SAFETY: the function has this type in `hdapi.c`, and reads three numbers.
+        // SAFETY: the function has this type in `hdapi.c`, knows the stylus and reads three numbers.
         unsafe {
-            let set = self.library.get::<unsafe extern "C" fn(i32, *const f64, i32)>(b"twin_set\0");
-            set.expect("twin_set of hdapi.c")(trouble as i32, mm.as_ptr(), buttons);
+            let set = self.library.get::<unsafe extern "C" fn(i32, i32, *const f64, i32)>(b"twin_set\0");
+            set.expect("twin_set of hdapi.c")(stylus, trouble as i32, mm.as_ptr(), buttons);
         }
     }
 
@@ -98,11 +118,21 @@ impl HdapiTwin {
     /// When the library is another one.
     #[must_use]
     pub fn look(&self) -> Stylus {
+        self.look_at(0)
+    }
+
+    /// Looks at stylus 0 or 1.
+    ///
+    /// # Panics
+    /// When the library is another one.
+    #[must_use]
+    pub fn look_at(&self, stylus: i32) -> Stylus {
+        assert!((0..2).contains(&stylus), "there are two");
         let (mut at, mut sent, mut state) = ([0.0; 3], [0.0; 3], [0; 3]);
-        // SAFETY: the function has this type in `hdapi.c`, and writes three numbers to each.
+        // SAFETY: the function has this type in `hdapi.c`, knows the stylus and writes three numbers to each.
         unsafe {
-            let look = self.library.get::<unsafe extern "C" fn(*mut f64, *mut f64, *mut i32)>(b"twin_look\0");
-            look.expect("twin_look of hdapi.c")(at.as_mut_ptr(), sent.as_mut_ptr(), state.as_mut_ptr());
+            let look = self.library.get::<unsafe extern "C" fn(i32, *mut f64, *mut f64, *mut i32)>(b"twin_look\0");
+            look.expect("twin_look of hdapi.c")(stylus, at.as_mut_ptr(), sent.as_mut_ptr(), state.as_mut_ptr());
         }
         let [is_open, frames, runs] = state;
         Stylus {

@@ -17,6 +17,8 @@ pub(super) const CURRENT_POSITION: u32 = 0x2050;
 pub(super) const CURRENT_VELOCITY: u32 = 0x2051;
 pub(super) const CURRENT_FORCE: u32 = 0x2700;
 pub(super) const MODEL_TYPE: u32 = 0x2501;
+/// Least x, y and z, then the largest.
+pub(super) const USABLE_WORKSPACE: u32 = 0x2551;
 pub(super) const NOMINAL_MAX_STIFFNESS: u32 = 0x2602;
 pub(super) const NOMINAL_MAX_FORCE: u32 = 0x2603;
 pub(super) const NOMINAL_MAX_CONTINUOUS_FORCE: u32 = 0x2604;
@@ -128,7 +130,13 @@ impl Api {
         let device = unsafe { (self.init_device)(name) };
         match self.error() {
             0 if device != INVALID_HANDLE => {}
-            code => return Err(code),
+            code => {
+                // opened with an error it would be in use for whoever tries next
+                if device != INVALID_HANDLE {
+                    self.close(device);
+                }
+                return Err(code);
+            }
         }
         // SAFETY: a device was opened and is current in this thread.
         unsafe { (self.enable)(FORCE_OUTPUT) };
@@ -188,13 +196,18 @@ impl Api {
         unsafe { (self.end_frame)(device) };
     }
 
-    /// Three numbers of the current device; none of the questions asked here has more.
+    /// Three numbers of the current device.
     pub(super) fn three(&self, what: u32) -> [f64; 3] {
-        // room for a matrix, should the library take a question for a larger one
+        let [x, y, z, ..] = self.numbers(what);
+        [x, y, z]
+    }
+
+    /// What the library answers to a question about the current device, and no numbers after that.
+    pub(super) fn numbers(&self, what: u32) -> [f64; 16] {
         let mut values = [f64::NAN; 16];
         // SAFETY: there is room for sixteen numbers, the most that HDAPI has for any question.
         unsafe { (self.get_doubles)(what, values.as_mut_ptr()) };
-        [values[0], values[1], values[2]]
+        values
     }
 
     /// The buttons of the current device.
