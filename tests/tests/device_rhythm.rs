@@ -11,7 +11,7 @@ use pottery_client::device::{
     Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, MIDDLE_ROOM_M, Port, ROUND, Reading, Reported,
     SILENCE, pointer,
 };
-use pottery_shared::haptics::{DeviceSpecs, Haptics};
+use pottery_shared::haptics::{DeviceSpecs, Fault, Haptics};
 use pottery_tests::twin::HandSession;
 
 /// A device that is held in the wall and sends a reading every so many milliseconds, until it freezes.
@@ -20,6 +20,8 @@ struct Metronome {
     every_ms: Arc<AtomicU64>,
     is_to_freeze: Arc<AtomicBool>,
     is_frozen: Arc<AtomicBool>,
+    /// Held 20 mm higher.
+    elsewhere: Arc<AtomicBool>,
 }
 
 impl Metronome {
@@ -49,7 +51,9 @@ impl Driver for Metronome {
             let freezes = self.is_to_freeze.load(Ordering::Relaxed);
             self.is_frozen.store(freezes, Ordering::Relaxed);
             if !freezes {
-                port.publish(Reading { position_m: Vec3::new(0.067, 0.0, 0.1), velocity_m_s: None, buttons: 0 });
+                let up_m = if self.elsewhere.load(Ordering::Relaxed) { 0.02 } else { 0.0 };
+                let position_m = Vec3::new(0.067, 0.0, 0.1 + up_m);
+                port.publish(Reading { position_m, velocity_m_s: None, buttons: 0 });
             }
             let period = Duration::from_millis(self.every_ms.load(Ordering::Relaxed));
             next = (next + period).max(Instant::now());
@@ -106,6 +110,31 @@ fn frozen_device_has_no_force_two_ticks_after_its_next_reading_was_due_three_tim
             }
         }
     }
+}
+
+#[test]
+fn reading_that_stands_still_is_a_hand_at_rest_and_one_that_goes_on_elsewhere_has_jumped() {
+    // a frozen encoder cannot be told from a hand that rests between two steps: the force stays what the clay gives, which gives way
+    let device = Metronome::every(1);
+    let mut session = HandSession::new(device.clone(), calibration(), DeviceSpecs::OMNI);
+    session.until("the clay pushes", |session| session.force_n() > 0.1 && session.force_n() < 3.3);
+    let mut felt_n = Vec::new();
+    while felt_n.len() < 2000 {
+        session.tick();
+        // where a busy machine holds the device up there is no tool
+        if session.tool_m().is_some() && session.force_n() > 0.0 {
+            felt_n.push(session.force_n());
+        }
+        assert_eq!(session.fault(), None);
+    }
+    // once the ramp is over the clay gives way, and the force with it; nothing that a hand could tell is added
+    let most_n = |felt_n: &[f32]| felt_n.iter().copied().fold(0.0, f32::max);
+    let (first_n, later_n) = (most_n(&felt_n[..1000]), most_n(&felt_n[1000..]));
+    assert!(later_n > 0.1 && later_n <= first_n * 1.07, "{first_n} N, then {later_n} N");
+    device.elsewhere.store(true, Ordering::Relaxed);
+    session.until("it has jumped", |session| session.fault() == Some(Fault::Jump));
+    assert_eq!((session.force_n(), session.tool_m().is_some()), (0.0, true));
+    session.until("that is over", |session| session.fault().is_none() && session.force_n() > 0.1);
 }
 
 #[test]

@@ -50,6 +50,69 @@ fn specs_that_make_no_sense_are_refused_in_one_sentence_that_names_the_figure() 
 }
 
 #[test]
+fn force_of_the_clay_that_is_no_number_is_a_fault_at_once_and_passes_when_the_clay_is_sound() {
+    // 2 mm deep, and at rest there
+    let at_m = Vec3::X * -2e-3;
+    for spoil in [
+        (|touch: &mut Touch| touch.force_n.y = f32::NAN) as fn(&mut Touch),
+        |touch| touch.force_n.x = f32::INFINITY,
+        |touch| touch.penetration_m = f32::NAN,
+    ] {
+        let mut haptics = Haptics::new(Setup::for_device(DeviceSpecs::OMNI, 1.0));
+        let mut felt = |spoils: bool| {
+            let pressed = haptics.accept(Some(at_m), None, DT);
+            let force_n = pressed.map(|pressed| {
+                let mut touch = wall(pressed, None);
+                if spoils {
+                    spoil(&mut touch);
+                }
+                haptics.render(&touch)
+            });
+            (force_n, haptics.fault())
+        };
+        let felt_after = |felt: &mut dyn FnMut(bool) -> (Option<Vec3>, Option<Fault>)| {
+            for _ in 0..200 {
+                felt(false);
+            }
+            felt(false)
+        };
+        let (before_n, fault) = felt_after(&mut felt);
+        assert!(before_n.unwrap().length() > 0.1 && fault.is_none(), "{before_n:?}");
+        // in the same tick
+        assert_eq!(felt(true), (Some(Vec3::ZERO), Some(Fault::Force)));
+        // clay that stays so is asked again each hundred ticks, and never felt
+        let mut asked = 0;
+        for _ in 0..1000 {
+            let (force_n, fault) = felt(true);
+            asked += u32::from(force_n.is_some());
+            assert_eq!((force_n.unwrap_or_default(), fault), (Vec3::ZERO, Some(Fault::Force)));
+        }
+        assert_eq!(asked, 1000 / Haptics::RECOVERY_TICKS);
+        // sound ticks are counted from the last fault on, and then the force comes by the ramp: 100 N/s
+        let mut ticks = 0;
+        let first_n = loop {
+            ticks += 1;
+            match felt(false) {
+                (Some(force_n), fault) if force_n != Vec3::ZERO => {
+                    assert_eq!(fault, None);
+                    break force_n;
+                }
+                (force_n, _) => {
+                    assert!(force_n.is_none_or(|force_n| force_n == Vec3::ZERO) && ticks < 110, "{ticks} ticks")
+                }
+            }
+        };
+        assert!(first_n.length() < 0.1001, "{first_n} N");
+        let (after_n, fault) = felt_after(&mut felt);
+        assert!(
+            after_n.unwrap().distance(before_n.unwrap()) < 1e-3 && fault.is_none(),
+            "{before_n:?}, then {after_n:?}"
+        );
+        assert!(Fault::Force.to_string().lines().count() == 1);
+    }
+}
+
+#[test]
 fn velocity_lags_a_steady_acceleration_by_the_delay_it_states() {
     let acceleration_m_s2 = 0.5;
     let mut estimate = VelocityEstimate::default();
