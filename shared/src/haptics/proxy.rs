@@ -27,7 +27,8 @@ pub struct Touch {
 ///
 /// Its balance, clay against coupling, is found by one Newton step a tick along the contact's normal,
 /// `Δ = (s·F + K·(x_d − x))·n/(K + k)`, where k = 2·s·F/p is the slope of a contact whose area grows with its depth p and more than that of one
-/// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. Across the
+/// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. At an edge, where a contact
+/// grows faster than that, k is what the last tick's place and force say. Across the
 /// normal it slides as [`Drag`] lets it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Proxy {
@@ -45,6 +46,8 @@ pub(super) struct Proxy {
 impl Proxy {
     /// Least penetration that a stiffness is reckoned from, m: a tenth of the step in which places travel.
     const SHALLOW_M: f32 = 1e-6;
+    /// Shorter ways say nothing of how fast a contact grows, m: of the order of a step of an encoder.
+    const TOLD_M: f32 = 50e-6;
     /// Share of the coupling's stiffness below which a contact is none; slip of water has ten times as much.
     const LEFT: f32 = 0.02;
 
@@ -86,6 +89,7 @@ impl Proxy {
     /// Takes the clay's answer.
     pub(super) fn meet(&mut self, touch: &Touch, felt_share: f32) {
         let step_m = Position::STEP.0;
+        let (before_m, before_n) = (self.pressed_m, self.felt_n);
         self.pressed_m = touch.centre.point_m();
         // stopped on its way: there it is
         if self.at_m.is_none_or(|at_m| (at_m - self.pressed_m).abs().max_element() > 0.6 * step_m) {
@@ -98,7 +102,14 @@ impl Proxy {
         if force_n > 0.0 {
             self.normal = self.felt_n / force_n;
             let here_n_m = 2.0 * force_n / touch.penetration_m.max(Self::SHALLOW_M);
-            self.stiffness_n_m = self.stiffness_n_m.max(here_n_m);
+            // at an edge it grows faster than with its depth, and what it was a tick ago says how fast
+            let deeper_m = (before_m - self.pressed_m).dot(self.normal);
+            let edge_n_m = if before_n != Vec3::ZERO && deeper_m.abs() > Self::TOLD_M {
+                (self.felt_n - before_n).dot(self.normal) / deeper_m
+            } else {
+                0.0
+            };
+            self.stiffness_n_m = self.stiffness_n_m.max(here_n_m).max(edge_n_m);
         }
         let slides = touch.wet.filter(|_| force_n > 0.0);
         self.drag = slides.map_or_else(Drag::default, |wet| Drag::of(&wet, touch.force_n.length(), felt_share));
