@@ -15,6 +15,7 @@ mod mechanism;
 mod online;
 mod plane;
 mod resting;
+mod sides;
 
 use std::path::Path;
 

@@ -13,7 +13,7 @@ use pottery_shared::clay::{Conditions, Method, MethodKind, Phase, Pot, PotSpec, 
 use pottery_shared::haptics::{Coupling, DeviceSpecs, Setup};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::snapshot::Author;
-use pottery_shared::tool::{Tool, ToolSample};
+use pottery_shared::tool::{Side, Tool, ToolSample};
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 
 use super::mechanism::{Grip, Mechanism};
@@ -119,12 +119,20 @@ pub(super) struct Felt {
     /// How fast the hand moved after it, m/s, and the work that the force did on it so far, J.
     pub(super) speed_m_s: f64,
     pub(super) work_j: f64,
+    /// Where the tool was, m, and on which side of the middle of a wall that stands still.
+    pub(super) tool_m: Option<Vec3>,
+    pub(super) stood: Option<Side>,
 }
 
 impl Felt {
     pub(super) fn of(mechanism: &Mechanism, force_n: Vec3, work_j: f64) -> Self {
         let (at_m, velocity_m_s) = mechanism.motion();
-        Self { force_n, at_m, speed_m_s: velocity_m_s.length(), work_j }
+        Self { force_n, at_m, speed_m_s: velocity_m_s.length(), work_j, tool_m: None, stood: None }
+    }
+
+    /// The same with a tool beside clay of a wheel that stands still.
+    pub(super) fn beside(self, pot: &Pot, tool_m: Option<Vec3>) -> Self {
+        Self { tool_m, stood: tool_m.map(|tool_m| pot.side_of(tool_m)), ..self }
     }
 }
 
@@ -224,7 +232,7 @@ impl Bench {
                 let device_m = mechanism.reported_m();
                 let (force_n, _) = self.tick(Some(device_m));
                 work_j += mechanism.pass(force_n, meant_m(f64::from(tick) * 1e-3), 1e-3);
-                Felt::of(&mechanism, force_n, work_j)
+                Felt::of(&mechanism, force_n, work_j).beside(self.clay(), self.net.status().tool_m())
             })
             .collect()
     }

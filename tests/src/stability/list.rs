@@ -7,7 +7,7 @@ use pottery_shared::clay::MethodKind::{self, Improved, Original};
 
 use super::lines::Over;
 use super::mechanism::Grip;
-use super::{far, felt, guided, jolts, lines, resting};
+use super::{far, felt, guided, jolts, lines, resting, sides};
 use crate::failures::{Bound, Scenario};
 
 const NONE: &[MethodKind] = &[];
@@ -135,6 +135,42 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "an even spring changes by K·v·T a tick, twice that is felt as a knock; K is the stiffest that the hand feels",
         fails: PUBLISHED,
         measure: jolts::centre_crosses,
+    },
+    Scenario {
+        name: "a hand goes into a hollow pot and out again, high over the rim and grazing it",
+        figure: "largest change of force in a tick over K·v·T",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same: the rim is an edge, and no row of elements of it is felt on its own",
+        fails: &[Improved],
+        measure: sides::kick_over_the_rim,
+    },
+    Scenario {
+        name: "a tool of 40 mm comes down into an opening of 26 mm",
+        figure: "largest change of force in a tick over K·v·T",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same, where the whole rim is touched at once",
+        fails: PUBLISHED,
+        measure: sides::kick_at_an_opening,
+    },
+    Scenario {
+        name: "two firm hands pinch a hollow wall, one from within",
+        figure: "largest change of force in a tick over K·v·T",
+        unit: "",
+        bound: Bound::AtMost(2.0),
+        reason: "the same, with what either hears of the other",
+        fails: &[Improved],
+        measure: sides::kick_in_a_pinch,
+    },
+    Scenario {
+        name: "on all three ways",
+        figure: "changes of side through the wall",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "nobody says on which side a tool is but the loop itself, and below the rim it stays there; radii and wall within their bounds",
+        fails: NONE,
+        measure: sides::through_the_wall,
     },
     Scenario {
         name: "the loop stands still for 50 ms",

@@ -11,6 +11,7 @@ use pottery_client::boundary::Status;
 use pottery_client::view::SharedView;
 use pottery_client::{Command, HapticLoop, Seat};
 use pottery_server::ServerConfig;
+use pottery_shared::clay::Pot;
 use pottery_shared::tool::Tool;
 use pottery_shared::units::Rpm;
 use tokio::sync::mpsc;
@@ -71,6 +72,8 @@ pub(super) struct Held {
     pub(super) settled: Option<[Duration; 2]>,
     /// Samples that were made and not pressed.
     pub(super) lost: u64,
+    /// The room's clay in the end.
+    pub(super) pot: Pot,
 }
 
 /// Somebody who has ended.
@@ -105,7 +108,9 @@ pub(super) fn hold(session: &Session, holders: &[Holder]) -> Held {
             ended.push(person.await.expect("nobody fails alone"));
         }
         let settled = settle(&studio, &ended).await;
-        let mut held = Held { felt: Vec::new(), steady: Vec::new(), settled, lost: 0 };
+        let mut standing = studio.server.standing().await.expect("a server answers until it is stopped");
+        let pot = standing.pots.swap_remove(0);
+        let mut held = Held { felt: Vec::new(), steady: Vec::new(), settled, lost: 0, pot };
         for person in ended {
             held.lost += person.status.lost_samples();
             person.commands.send(Command::Leave).await.expect("a worker listens until it has left");
@@ -153,7 +158,7 @@ async fn take_part(studio: Arc<Simulation>, session: Session, number: u8, holder
         if stamp > begin {
             let seconds = felt.len() as f64 * 1e-3;
             work_j += mechanism.pass(told.force_n(), (holder.meant_m)(seconds), 1e-3);
-            felt.push(Felt::of(&mechanism, told.force_n(), work_j));
+            felt.push(Felt::of(&mechanism, told.force_n(), work_j).beside(hand.hand().field().pot(), status.tool_m()));
             if holder.undoes_s.is_some_and(|undoes_s| (undoes_s * 1e3) as usize == felt.len()) {
                 commands.send(Command::Undo).await.expect("a worker listens until it has left");
             }
