@@ -5,6 +5,7 @@
 //! Invariant: at a snapshot the authoritative radii are those of their quantum steps (kept within the surface's bounds),
 //! so that author and replica hold the same clay, bit for bit.
 
+mod adaptive;
 mod author;
 mod chain;
 mod coder;

@@ -1,21 +1,21 @@
 //! What the symbols of a chain are worth: how few bits a coder could make of them that knew how often each occurs.
 //!
 //! Reads deltas as a replica does and counts; codes nothing, and no clay is made.
-//! Invariant: every bit that was coded with a model is counted once, in that model's context.
+//! Invariant: every symbol that was coded with a model is counted once, in that model's context.
 
 use alloc::collections::BTreeMap;
 
 use super::TileLayout;
+use super::adaptive::{BitModel, KindModel};
 use super::chain::Chain;
-use super::coder::{BitModel, Decoder, Symbols};
+use super::coder::{Decoder, Symbols};
 use super::motion::Motion;
 use crate::clay::{Pot, Surface};
 
 /// The account of a chain of deltas, read from its first one on.
 ///
-/// The bound is the empirical conditional entropy `H = Σ_c n_c·h(k_c/n_c)`, `h(p) = −p·log₂ p − (1 − p)·log₂(1 − p)`: c the contexts of
-/// the coder's own models, n_c the bits that were coded in one, k_c those of them that were ones. It is what a coder would take that were told
-/// all k_c beforehand for nothing; bits that are not modelled count as themselves (Cover and Thomas 2006, section 2.2).
+/// The bound is the empirical conditional entropy `H = Σ_c Σ_s n_cs·log₂(n_c/n_cs)`: c the contexts of the coder's own models, n_c the symbols that were
+/// coded in one, n_cs those of them that were s. It is what a coder would take that were told all n_cs beforehand for nothing; bits that are not modelled count as themselves (Cover and Thomas 2006, section 2.2).
 ///
 /// ```
 /// use pottery_shared::clay::{Pot, PotSpec};
@@ -28,8 +28,8 @@ use crate::clay::{Pot, Surface};
 #[derive(Clone, Debug)]
 pub struct Ledger {
     chain: Chain,
-    /// Zeros and ones, by where the model lies within the chain.
-    counts: BTreeMap<usize, [u64; 2]>,
+    /// How often each symbol was coded, by where the model lies within the chain.
+    counts: BTreeMap<usize, Counts>,
     plain_bits: u64,
     coded_bits: u64,
 }
@@ -64,11 +64,11 @@ impl Ledger {
     /// The bound, in bits.
     #[must_use]
     pub fn entropy_bits(&self) -> f64 {
-        let of = |[zeros, ones]: [u64; 2]| -> f64 {
-            let all = (zeros + ones) as f64;
-            [zeros, ones].into_iter().filter(|&n| n > 0).map(|n| n as f64 * libm::log2(all / n as f64)).sum()
+        let of = |counts: &Counts| -> f64 {
+            let all = counts.iter().sum::<u64>() as f64;
+            counts.iter().filter(|&&n| n > 0).map(|&n| n as f64 * libm::log2(all / n as f64)).sum()
         };
-        self.plain_bits as f64 + self.counts.values().map(|&counts| of(counts)).sum::<f64>()
+        self.plain_bits as f64 + self.counts.values().map(of).sum::<f64>()
     }
 
     /// Contexts in which anything was coded.
@@ -78,26 +78,38 @@ impl Ledger {
     }
 }
 
-/// Reads bits and counts them. A context is known by where its model lies.
+/// Of each symbol; a bit is one of the first two.
+type Counts = [u64; KindModel::KINDS];
+
+/// Reads symbols and counts them. A context is known by where its model lies.
 struct Counted<'a> {
     decoder: Decoder<'a>,
     base: usize,
-    counts: &'a mut BTreeMap<usize, [u64; 2]>,
+    counts: &'a mut BTreeMap<usize, Counts>,
     plain_bits: &'a mut u64,
+}
+
+impl Counted<'_> {
+    fn count(&mut self, place: usize, symbol: usize) {
+        self.counts.entry(place.wrapping_sub(self.base)).or_default()[symbol] += 1;
+    }
 }
 
 impl Symbols for Counted<'_> {
     const IS_GIVEN: bool = false;
 
     fn bit(&mut self, model: &mut BitModel, bit: bool) -> bool {
-        let place = core::ptr::from_ref(model).addr().wrapping_sub(self.base);
+        let place = core::ptr::from_ref(model).addr();
         let bit = self.decoder.bit(model, bit);
-        self.counts.entry(place).or_default()[usize::from(bit)] += 1;
+        self.count(place, usize::from(bit));
         bit
     }
 
-    fn side(&mut self, model: &mut BitModel, bit: bool) -> bool {
-        self.bit(model, bit)
+    fn kind(&mut self, model: &mut KindModel, kind: usize) -> usize {
+        let place = core::ptr::from_ref(model).addr();
+        let kind = self.decoder.kind(model, kind);
+        self.count(place, kind);
+        kind
     }
 
     fn raw(&mut self, value: u32, count: u32) -> u32 {

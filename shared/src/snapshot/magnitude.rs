@@ -3,7 +3,8 @@
 //! Owns their bits; what they count is for others to know.
 //! Invariant: what is decoded is below 2²⁰, whatever the bytes.
 
-use super::coder::{BitModel, Symbols};
+use super::adaptive::BitModel;
+use super::coder::Symbols;
 
 /// Prefix lengths of the Exp-Golomb code.
 const PREFIXES: usize = 20;

@@ -5,7 +5,8 @@
 
 use wide::{i16x8, i32x4, i32x8};
 
-use super::coder::{BitModel, Symbols};
+use super::adaptive::{BitModel, KindModel};
+use super::coder::Symbols;
 use super::magnitude::Magnitude;
 use super::motion::PARTS;
 
@@ -15,19 +16,18 @@ const LEVELS: usize = 12;
 const FRACTIONS: usize = 4;
 /// Contexts of what is foretold of an element and what became of the one before it.
 const KINDS: usize = 8;
-const SIGN_LEVELS: usize = 7;
-/// Magnitudes that are counted in contexts of their own.
-const COUNTED: usize = 8;
+/// How far off an element is, either way, for one symbol to say it; more is told apart.
+const NEAR: i32 = KindModel::KINDS as i32 / 2;
 /// Contexts of a strip: what is foretold of it, and its neighbours.
 const STRIPS: usize = 6 * 3 * 2;
 
-/// Levels of mean misses up to 63 quanta; the last is that of all larger ones.
-const LEVEL: [u8; 64] = {
+/// Where the contexts of a level begin, for mean misses up to 63 quanta; the last is that of all larger ones.
+const LEVEL: [u16; 64] = {
     let mut levels = [0; 64];
     let mut miss = 0;
     while miss < levels.len() {
         levels[miss] = match miss {
-            0..=4 => miss as u8,
+            0..=4 => miss as u16,
             5..=6 => 5,
             7..=9 => 6,
             10..=14 => 7,
@@ -35,7 +35,7 @@ const LEVEL: [u8; 64] = {
             22..=35 => 9,
             36..=60 => 10,
             _ => 11,
-        };
+        } * (FRACTIONS * KINDS) as u16;
         miss += 1;
     }
     levels
@@ -48,39 +48,60 @@ pub(super) const STRIP: usize = 8;
 /// What a strip is foretold from beside the last delta: of its elements, or of those beside them, one above another.
 pub(super) type Hints = [i16x8; 8];
 
-/// What is known of an element before its difference is.
+/// What is known of an element before its difference is: what the last delta and the hints foretell, in parts of a quantum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outlook {
-    /// What the last delta and the hints foretell, in parts of a quantum, and half a quantum more.
-    pub(super) near: i32,
-    /// How far neighbours' predictions were off, in parts of a quantum, as far as [`LEVEL`] goes.
-    pub(super) miss: u32,
-    /// Context among those of its level.
-    pub(super) place: u32,
+    predicted: i32,
 }
 
 impl Outlook {
-    /// As it is in [`Outlook::near`].
     #[inline(always)]
-    pub(super) const fn near(predicted: i32) -> i32 {
-        predicted + PARTS / 2
+    pub(super) const fn new(predicted: i32) -> Self {
+        Self { predicted }
     }
 
-    /// Of neighbours' misses, weighted to a sum of eight.
+    /// In quanta.
     #[inline(always)]
-    pub(super) fn miss(misses: u32) -> u32 {
-        ((misses + 4) / 8).min(LEVEL.len() as u32 - 1)
+    const fn nearest(self) -> i16 {
+        ((self.predicted + PARTS / 2) >> 3) as i16
     }
 
-    /// Of a `kind`: one where the last delta foretells anything, and four more where the element before it, round the pot, changed.
+    /// All bits where what was foretold lies below what is nearest to it, else none.
     #[inline(always)]
-    pub(super) fn place(near: i32, kind: u32) -> u32 {
-        // how far from the middle between two quanta
-        let fraction = ((near & 7) - 4).unsigned_abs().min(FRACTIONS as u32 - 1);
-        let is_nothing = (near as u32) < PARTS as u32;
-        let is_little = (near.wrapping_add(2 * PARTS) as u32) < 5 * PARTS as u32;
-        fraction * KINDS as u32 + if is_nothing { kind } else { (kind & 4) + 3 - is_little as u32 }
+    const fn mirror(self) -> i32 {
+        ((self.predicted + PARTS / 2) >> 2 & 1) - 1
     }
+
+    /// How far a difference is from what is nearest to what was foretold; towards that where it is more than nothing.
+    #[inline(always)]
+    pub(super) const fn off(self, difference: i16) -> i32 {
+        (difference.wrapping_sub(self.nearest()) as i32 ^ self.mirror()) - self.mirror()
+    }
+
+    /// The difference that is so far.
+    #[inline(always)]
+    pub(super) const fn difference(self, off: i32) -> i16 {
+        self.nearest().wrapping_add(((off ^ self.mirror()) - self.mirror()) as i16)
+    }
+
+    /// Context among those of its level; of a `kind`: one where the last delta foretells anything, and four more where the element
+    /// before it, round the pot, changed.
+    #[inline(always)]
+    pub(super) const fn place(self, kind: u32) -> u32 {
+        let near = self.predicted + PARTS / 2;
+        let fraction = (near ^ self.mirror()) as u32 & (FRACTIONS as u32 - 1);
+        let is_nothing = ((near as u32) < PARTS as u32) as u32;
+        let is_much = ((near + 2 * PARTS) as u32 >= 5 * PARTS as u32) as u32;
+        // no branch: nobody can guess
+        let amount = (kind & 1 & is_nothing.wrapping_neg()) | ((2 + is_much) & is_nothing.wrapping_sub(1));
+        fraction * KINDS as u32 + (kind & 4) + amount
+    }
+}
+
+/// Contexts from where those of a level begin, for neighbours' misses weighted to a sum of eight, in parts of a quantum.
+#[inline(always)]
+pub(super) fn level(misses: u32) -> u32 {
+    LEVEL[(((misses + 4) / 8) as usize).min(LEVEL.len() - 1)].into()
 }
 
 /// Weights of the hints, learned as they are used.
@@ -135,11 +156,16 @@ impl Weights {
         let errors = errors.min(i16x8::splat(Self::ERROR_MAX)).max(i16x8::splat(-Self::ERROR_MAX));
         let steps = errors.widening_mul(i16x8::splat(Self::STEP)) << 6 >> (bits - 10) as i32;
         let steps = i16x8::from_i32x8_saturate(steps).max(i16x8::splat(-0x7fff));
-        for (weight, hint) in self.0.iter_mut().zip(hints) {
-            let [a, b, c, d] = hint.dot(steps).to_array();
-            let learned = i32::from(*weight) + ((a + b + c + d + 0x8000) >> 16);
-            *weight = learned.clamp((-2 * Self::ONE).into(), (2 * Self::ONE).into()) as i16;
-        }
+        // of each hint a sum over the elements, four hints at once
+        let sums = |hints: &[i16x8]| -> i32x4 {
+            let [a, b, c, d] = i32x4::transpose(core::array::from_fn(|at| hints[at].dot(steps)));
+            (a + b) + (c + d)
+        };
+        let (low, high) = (sums(&hints[..4]).to_array(), sums(&hints[4..]).to_array());
+        let sums = i32x8::new([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]);
+        let learned = i32x8::from_i16x8(i16x8::new(self.0)) + ((sums + i32x8::splat(0x8000)) >> 16);
+        let most = i16x8::splat(2 * Self::ONE);
+        self.0 = i16x8::from_i32x8_saturate(learned).min(most).max(i16x8::splat(-2 * Self::ONE)).to_array();
     }
 
     fn code_state(&mut self, symbols: &mut impl Symbols) {
@@ -159,9 +185,11 @@ pub(super) struct Models {
     /// Whether a tile changed, by whether that was foretold and by its neighbours.
     pub(super) tile: [BitModel; 8],
     strip: [BitModel; STRIPS],
-    hit: [BitModel; LEVELS * FRACTIONS * KINDS],
-    sign: [BitModel; SIGN_LEVELS * FRACTIONS],
-    longer: [[BitModel; COUNTED]; LEVELS],
+    /// Whether an element is off what is nearest to what was foretold.
+    is_off: [BitModel; LEVELS * FRACTIONS * KINDS],
+    /// How far it then is.
+    off: [KindModel; LEVELS * FRACTIONS],
+    /// What is farther still.
     rest: Magnitude,
 }
 
@@ -172,9 +200,8 @@ impl Models {
             band: [BitModel::EVEN; 2],
             tile: [BitModel::EVEN; 8],
             strip: [BitModel::EVEN; STRIPS],
-            hit: [BitModel::EVEN; LEVELS * FRACTIONS * KINDS],
-            sign: [BitModel::EVEN; SIGN_LEVELS * FRACTIONS],
-            longer: [[BitModel::EVEN; COUNTED]; LEVELS],
+            is_off: [BitModel::EVEN; LEVELS * FRACTIONS * KINDS],
+            off: [KindModel::even(); LEVELS * FRACTIONS],
             rest: Magnitude::new(),
         }
     }
@@ -194,31 +221,21 @@ impl Models {
         symbols.bit(&mut self.strip[context], any)
     }
 
-    /// The difference of one element, and whether it was foretold right.
+    /// How far an element is off, as [`Outlook::off`], in a context of [`level`] and [`Outlook::place`].
     #[inline(always)]
-    pub(super) fn element(&mut self, symbols: &mut impl Symbols, outlook: &Outlook, difference: i16) -> (i16, bool) {
-        let (nearest, is_above) = (outlook.near >> 3, outlook.near & 4 != 0);
-        let (level, place) = (usize::from(LEVEL[outlook.miss as usize]), outlook.place as usize);
-        let off = difference.wrapping_sub(nearest as i16);
-        if !symbols.bit(&mut self.hit[level * FRACTIONS * KINDS + place], off != 0) {
-            return (nearest as i16, true);
+    pub(super) fn off(&mut self, symbols: &mut impl Symbols, context: u32, off: i32) -> i32 {
+        if !symbols.bit(&mut self.is_off[context as usize], off != 0) {
+            return 0;
         }
-        let sign = &mut self.sign[level.min(SIGN_LEVELS - 1) * FRACTIONS + place / KINDS];
-        let is_up = symbols.side(sign, (off > 0) != is_above) != is_above;
-        let size = self.magnitude(symbols, level, u32::from(off.unsigned_abs()).wrapping_sub(1)) + 1;
-        let off = if is_up { size as i16 } else { (size as i16).wrapping_neg() };
-        ((nearest as i16).wrapping_add(off), false)
-    }
-
-    /// A number from zero up: counted as far as contexts go.
-    #[inline(always)]
-    fn magnitude(&mut self, symbols: &mut impl Symbols, level: usize, value: u32) -> u32 {
-        for (count, longer) in (0..).zip(&mut self.longer[level]) {
-            if !symbols.bit(longer, value > count) {
-                return count;
-            }
+        // none of them says nothing
+        let kind = off.clamp(-NEAR, NEAR) + NEAR - i32::from(off > 0);
+        let kind = symbols.kind(&mut self.off[context as usize / KINDS], kind as usize) as i32;
+        let coded = kind - NEAR + i32::from(kind >= NEAR);
+        if coded.abs() < NEAR {
+            return coded;
         }
-        COUNTED as u32 + self.rest.code(symbols, value.wrapping_sub(COUNTED as u32))
+        let more = self.rest.code(symbols, off.unsigned_abs().wrapping_sub(NEAR as u32)) as i32;
+        if coded < 0 { coded - more } else { coded + more }
     }
 
     /// Codes everything learned, so that another can go on from there.
@@ -226,23 +243,24 @@ impl Models {
         for weights in &mut self.weights {
             weights.code_state(symbols);
         }
-        let is_new = &mut BitModel::EVEN.clone();
+        let (is_new, is_slowest) = (&mut BitModel::EVEN.clone(), &mut BitModel::EVEN.clone());
         let [prefix, first_suffix] = self.rest.models();
-        let parts: [&mut [BitModel]; 8] = [
-            &mut self.band,
-            &mut self.tile,
-            &mut self.strip,
-            &mut self.hit,
-            &mut self.sign,
-            self.longer.as_flattened_mut(),
-            prefix,
-            first_suffix,
-        ];
+        let parts: [&mut [BitModel]; 6] =
+            [&mut self.band, &mut self.tile, &mut self.strip, &mut self.is_off, prefix, first_suffix];
         for model in parts.into_iter().flatten() {
             if symbols.bit(is_new, *model == BitModel::EVEN) {
                 *model = BitModel::EVEN;
             } else {
-                model.code_state(symbols);
+                model.code_state(symbols, is_slowest);
+            }
+        }
+        let (is_new, is_slowest) = (&mut BitModel::EVEN.clone(), &mut BitModel::EVEN.clone());
+        let mut steps = [const { Magnitude::new() }; KindModel::KINDS - 1];
+        for model in &mut self.off {
+            if symbols.bit(is_new, *model == KindModel::even()) {
+                *model = KindModel::even();
+            } else {
+                model.code_state(symbols, is_slowest, &mut steps);
             }
         }
     }

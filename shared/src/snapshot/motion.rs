@@ -6,9 +6,10 @@
 
 use alloc::vec::Vec;
 
-use wide::i16x8;
+use wide::{i16x8, u16x8};
 
-use super::coder::{BitModel, Symbols};
+use super::adaptive::BitModel;
+use super::coder::Symbols;
 use super::plane::Plane;
 use crate::clay::{GridShape, Phase};
 use crate::units::Tick;
@@ -81,8 +82,9 @@ impl Motions {
         for motion in core::iter::once(&mut self.last).chain(&mut self.recent) {
             *motion = Self::code_raw(symbols, *motion);
         }
+        let is_slowest = &mut BitModel::EVEN.clone();
         for model in &mut self.is_known {
-            model.code_state(symbols);
+            model.code_state(symbols, is_slowest);
         }
     }
 }
@@ -99,9 +101,9 @@ pub(super) struct Turned<'a> {
     columns: u32,
     /// Columns from where something is foretold to where it was, the rest in 2⁻¹⁵.
     step: u32,
-    rest: i32,
+    rest: i16,
     /// 2⁻¹⁵ by which more, or less, changes than last time, since more or less time passed.
-    more: i32,
+    more: i16,
 }
 
 impl<'a> Turned<'a> {
@@ -111,9 +113,9 @@ impl<'a> Turned<'a> {
         let more = match (i32::from(before.ticks), i32::from(motion.ticks)) {
             (0, _) | (_, 0) => 0,
             // at most half or twice as much
-            (before, now) => ((now - before) * (1 << 15) / before).clamp(-(1 << 14), (1 << 15) - 1),
+            (before, now) => ((now - before) * (1 << 15) / before).clamp(-(1 << 14), (1 << 15) - 1) as i16,
         };
-        Self { last, columns, step: way >> 16, rest: (way >> 1 & 0x7fff) as i32, more }
+        Self { last, columns, step: way >> 16, rest: (way >> 1 & 0x7fff) as i16, more }
     }
 
     /// Says of which tiles something is foretold.
@@ -138,19 +140,40 @@ impl<'a> Turned<'a> {
         let from = (column % self.columns + self.step) % self.columns;
         let near = &self.last.column(from)[rows.clone()];
         let far = &self.last.column((from + 1) % self.columns)[rows];
-        for ((value, &near), &far) in foretold.iter_mut().zip(near).zip(far) {
-            let near = near.clamp(-FORETOLD_MAX, FORETOLD_MAX) * PARTS as i16;
-            let far = far.clamp(-FORETOLD_MAX, FORETOLD_MAX) * PARTS as i16;
-            let between = near + part(far - near, self.rest);
-            *value = between + part(between, self.more);
+        let (whole, last) = foretold[..near.len()].as_chunks_mut::<8>();
+        let ((whole_near, last_near), (whole_far, last_far)) = (near.as_chunks::<8>(), far.as_chunks::<8>());
+        for ((values, &near), &far) in whole.iter_mut().zip(whole_near).zip(whole_far) {
+            *values = self.foretold(i16x8::new(near), i16x8::new(far)).to_array();
         }
+        if !last.is_empty() {
+            let eight = |rows: &[i16]| i16x8::new(core::array::from_fn(|at| rows.get(at).copied().unwrap_or(0)));
+            let values = self.foretold(eight(last_near), eight(last_far)).to_array();
+            last.copy_from_slice(&values[..last.len()]);
+        }
+    }
+
+    /// What is foretold between elements of two columns.
+    #[inline(always)]
+    fn foretold(&self, near: i16x8, far: i16x8) -> i16x8 {
+        // most elements stay as they are
+        if near | far == i16x8::splat(0) {
+            return i16x8::splat(0);
+        }
+        let in_parts = |quanta: i16x8| {
+            quanta.min(i16x8::splat(FORETOLD_MAX)).max(i16x8::splat(-FORETOLD_MAX)) * i16x8::splat(PARTS as i16)
+        };
+        let (near, far) = (in_parts(near), in_parts(far));
+        let between = near + part(far - near, self.rest);
+        between + part(between, self.more)
     }
 }
 
-/// So many 2⁻¹⁵ of a number, rounded to the nearest.
+/// So many 2⁻¹⁵ of numbers below 2¹⁴, rounded to the nearest.
 #[inline(always)]
-const fn part(of: i16, share: i32) -> i16 {
-    ((of as i32 * share + (1 << 14)) >> 15) as i16
+fn part(of: i16x8, share: i16) -> i16x8 {
+    let (low, high) = (of + of).mul_keep_low_high(i16x8::splat(share));
+    let rounded: u16x8 = low >> 15;
+    high + rounded.cast_signed()
 }
 
 /// Rows of a column with one below, one above and what eight lanes may reach beyond.

@@ -10,7 +10,7 @@ use core::ops::Range;
 use wide::{i16x8, i32x8};
 
 use super::coder::Symbols;
-use super::models::{Models, Outlook, PACES, STRIP};
+use super::models::{Models, Outlook, PACES, STRIP, level};
 use super::motion::{Foretold, PARTS, Turned, eight, padded_rows};
 use super::plane::Plane;
 use super::tiles::TILE_SIDE;
@@ -141,11 +141,16 @@ impl Sweep {
             let first_row = (self.tile_rows[at] * TILE_SIDE) as usize;
             let end_row = (first_row + TILE_SIDE as usize).min(column.len());
             for (number, part) in column[first_row..end_row].chunks_mut(STRIP).enumerate() {
-                // the last one may be shorter: nothing is foretold above the rim
-                let mut strip = [0; STRIP];
-                strip[..part.len()].copy_from_slice(part);
-                self.code_strip(symbols, models, &mut strip, part.len(), first_row + number * STRIP);
-                part.copy_from_slice(&strip[..part.len()]);
+                let row = first_row + number * STRIP;
+                if let Some(strip) = part.first_chunk_mut() {
+                    self.code_strip(symbols, models, strip, STRIP, row);
+                } else {
+                    // nothing is foretold above the rim
+                    let mut strip = [0; STRIP];
+                    strip[..part.len()].copy_from_slice(part);
+                    self.code_strip(symbols, models, &mut strip, part.len(), row);
+                    part.copy_from_slice(&strip[..part.len()]);
+                }
             }
         }
     }
@@ -204,12 +209,12 @@ impl Sweep {
         let predict = |at: usize, unforeseen_below: i16| {
             i32::from(foretold[at]) + ((sums[at] + weight_below * i32::from(unforeseen_below)) >> 13)
         };
-        // the first is that of the element below
-        let (mut unforeseen, mut missed) = ([0_i16; STRIP + 1], [0_u16; STRIP + 1]);
-        (unforeseen[0], missed[0]) = (self.here.unforeseen[row], self.here.misses[row]);
         let mut errors = [0; STRIP];
+        let unforeseen_below: i16x8;
         if S::IS_GIVEN {
-            // nothing waits for a symbol, so that a processor can work on all at once
+            // nothing waits for a symbol, so that a processor can work on all at once; the first is that of the element below
+            let (mut unforeseen, mut missed) = ([0_i16; STRIP + 1], [0_u16; STRIP + 1]);
+            (unforeseen[0], missed[0]) = (self.here.unforeseen[row], self.here.misses[row]);
             (0..STRIP).for_each(|at| unforeseen[at + 1] = less(strip[at], foretold[at]));
             let predicted: [i32; STRIP] = core::array::from_fn(|at| predict(at, unforeseen[at]));
             let off: [i32; STRIP] = core::array::from_fn(|at| i32::from(strip[at]) * PARTS - predicted[at]);
@@ -217,40 +222,45 @@ impl Sweep {
             if length < STRIP {
                 missed[length + 1..].fill(0);
             }
-            let near = predicted.map(Outlook::near);
-            let mean: [u32; STRIP] = core::array::from_fn(|at| Outlook::miss(misses[at] + 2 * u32::from(missed[at])));
-            let place: [u32; STRIP] = core::array::from_fn(|at| Outlook::place(near[at], kinds[at] as u32));
-            for at in 0..length.min(STRIP) {
-                let outlook = Outlook { near: near[at], miss: mean[at], place: place[at] };
-                if !models.element(symbols, &outlook, strip[at]).1 {
-                    errors[at] = off[at];
-                }
+            let outlooks = predicted.map(Outlook::new);
+            let offs: [i32; STRIP] = core::array::from_fn(|at| outlooks[at].off(strip[at]));
+            errors = core::array::from_fn(|at| if offs[at] == 0 { 0 } else { off[at] });
+            let places: [u32; STRIP] = core::array::from_fn(|at| outlooks[at].place(kinds[at] as u32));
+            let levels: [u32; STRIP] = core::array::from_fn(|at| level(misses[at] + 2 * u32::from(missed[at])));
+            let contexts: [u32; STRIP] = core::array::from_fn(|at| levels[at] + places[at]);
+            for (&context, &off) in contexts.iter().zip(&offs).take(length) {
+                models.off(symbols, context, off);
             }
+            put(&mut self.here.differences, row + 1, i16x8::new(*strip));
+            put(&mut self.here.unforeseen, row + 1, eight(&unforeseen, 1));
+            self.here.misses[row + 1..][..STRIP].copy_from_slice(&missed[1..]);
+            unforeseen_below = eight(&unforeseen, 0);
         } else {
-            let (mut unforeseen_below, mut missed_below) = (unforeseen[0], u32::from(missed[0]));
+            // what is known is written one by one, since the next strip waits for the last of it
+            let padded = "columns are padded";
+            let differences: &mut [i16; STRIP] = self.here.differences[row + 1..].first_chunk_mut().expect(padded);
+            let unforeseen: &mut [i16; STRIP + 1] = self.here.unforeseen[row..].first_chunk_mut().expect(padded);
+            let missed: &mut [u16; STRIP + 1] = self.here.misses[row..].first_chunk_mut().expect(padded);
+            let (mut below, mut missed_below) = (unforeseen[0], u32::from(missed[0]));
             for at in 0..length.min(STRIP) {
-                let predicted = predict(at, unforeseen_below);
-                let near = Outlook::near(predicted);
-                let mean = Outlook::miss(misses[at] + 2 * missed_below);
-                let outlook = Outlook { near, miss: mean, place: Outlook::place(near, kinds[at] as u32) };
-                let (coded, is_right) = models.element(symbols, &outlook, 0);
-                let off = i32::from(coded) * PARTS - predicted;
-                if !is_right {
-                    errors[at] = off;
-                }
-                strip[at] = coded;
+                let predicted = predict(at, below);
+                let outlook = Outlook::new(predicted);
+                let context = level(misses[at] + 2 * missed_below) + outlook.place(kinds[at] as u32);
+                let coded = models.off(symbols, context, 0);
+                let difference = outlook.difference(coded);
+                let off = i32::from(difference) * PARTS - predicted;
+                errors[at] = if coded == 0 { 0 } else { off };
+                (strip[at], differences[at]) = (difference, difference);
                 // more than is kept is in the same context
-                (unforeseen_below, missed_below) = (less(coded, foretold[at]), off.unsigned_abs());
-                (unforeseen[at + 1], missed[at + 1]) = (unforeseen_below, miss(off));
+                (below, missed_below) = (less(difference, foretold[at]), off.unsigned_abs());
+                (unforeseen[at + 1], missed[at + 1]) = (below, miss(off));
             }
+            unforeseen_below = eight(unforeseen, 0);
         }
-        put(&mut self.here.differences, row + 1, i16x8::new(*strip));
-        put(&mut self.here.unforeseen, row + 1, eight(&unforeseen, 1));
-        self.here.misses[row + 1..][..STRIP].copy_from_slice(&missed[1..]);
         let errors = i16x8::from_i32x8_saturate(i32x8::new(errors));
         if errors != i16x8::splat(0) {
             let [first, second, third, fourth, fifth, sixth, seventh] = hints;
-            let mut hints = [first, second, third, fourth, fifth, sixth, seventh, eight(&unforeseen, 0)];
+            let mut hints = [first, second, third, fourth, fifth, sixth, seventh, unforeseen_below];
             if length < STRIP {
                 let there = i16x8::new(core::array::from_fn(|at| if at < length { -1 } else { 0 }));
                 hints = hints.map(|hint| hint & there);

@@ -9,7 +9,8 @@
 
 use alloc::vec::Vec;
 
-use super::coder::{BitModel, Decoder, Encoder, Symbols};
+use super::adaptive::BitModel;
+use super::coder::{Decoder, Encoder, Symbols};
 use super::magnitude::Magnitude;
 use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use crate::units::Tick;
