@@ -171,6 +171,9 @@ pub struct RunResult {
     pub compared: u32,
     /// Those who differ.
     pub diverged: Vec<Diverged>,
+    /// The numbers of those who could not tell what they hold.
+    #[serde(default)]
+    pub untold: Vec<u32>,
     /// What a spawned server counted.
     pub server: Option<ServerFigures>,
     /// Processor time of a spawned server, % of a core.
@@ -324,10 +327,11 @@ impl RunResult {
             ));
         }
         table.push_str(&format!(
-            "{:<28}{} compared, {} differ; {} sends, {} left out, {} held back\n",
+            "{:<28}{} compared, {} differ, {} could not tell; {} sends, {} left out, {} held back\n",
             "clay and schedule",
             self.compared,
             self.diverged.len(),
+            self.untold.len(),
             self.sends,
             self.dropped_sends,
             self.held_back

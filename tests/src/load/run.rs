@@ -250,6 +250,7 @@ impl<'a> Watched<'a> {
             failed_joins: 0,
             unlike: 0,
             compared: 0,
+            untold: Vec::new(),
             diverged: Vec::new(),
             server: None,
             server_cpu_percent: None,
@@ -444,7 +445,8 @@ impl<'a> Watched<'a> {
 
     fn judge(mut self, outcomes: Vec<Outcome>) -> RunResult {
         self.result.compared = outcomes.len() as u32;
-        self.result.diverged = diverged(self.studio.plan.people(), &outcomes);
+        self.result.diverged = diverged(&outcomes);
+        self.result.untold = untold(self.studio.plan.people(), &outcomes);
         let broken: Vec<_> =
             self.options.thresholds.iter().filter(|threshold| !threshold.holds(&self.result)).collect();
         let mut verdict = if broken.is_empty() { Verdict::Pass } else { Verdict::Breach };
@@ -453,12 +455,13 @@ impl<'a> Watched<'a> {
             let value = value.map_or_else(|| "not measured".into(), |value| format!("{value:.3}"));
             self.result.said.push(format!("threshold {threshold} is broken: {value}"));
         }
-        if !self.result.diverged.is_empty() || self.result.unlike > 0 {
+        if !self.result.diverged.is_empty() || !self.result.untold.is_empty() || self.result.unlike > 0 {
             verdict = Verdict::Diverged;
             self.result.said.push(format!(
-                "{} of {} people do not hold the server's clay; {} messages were unlike others'",
-                self.result.diverged.len(),
+                "of {} people {} do not hold the server's clay and {} could not tell what they hold; {} messages were unlike others'",
                 self.studio.plan.people(),
+                self.result.diverged.len(),
+                self.result.untold.len(),
                 self.result.unlike
             ));
             self.result.said.extend(self.result.diverged.first().map(|diverged| diverged.said.clone()));
@@ -474,8 +477,8 @@ impl<'a> Watched<'a> {
     }
 }
 
-/// Everybody whose clay is not what the server told, or who could not tell.
-fn diverged(people: u32, outcomes: &[Outcome]) -> Vec<Diverged> {
+/// Everybody whose clay is not what the server told.
+fn diverged(outcomes: &[Outcome]) -> Vec<Diverged> {
     let mut found = Vec::new();
     let mut newest: BTreeMap<Subject, (u32, u64)> = BTreeMap::new();
     for outcome in outcomes {
@@ -485,10 +488,13 @@ fn diverged(people: u32, outcomes: &[Outcome]) -> Vec<Diverged> {
             found.push(Diverged { said: format!("{outcome:?}; others at version {} with {:x}", known.0, known.1) });
         }
     }
-    let there: std::collections::BTreeSet<_> = outcomes.iter().map(|outcome| outcome.number).collect();
-    let missing = (0..people).filter(|number| !there.contains(number));
-    found.extend(missing.map(|number| Diverged { said: format!("person {number} could not tell their clay") }));
     found
+}
+
+/// The numbers of those who could not tell their clay: whose connection was lost, or was not answered any more.
+fn untold(people: u32, outcomes: &[Outcome]) -> Vec<u32> {
+    let there: std::collections::BTreeSet<_> = outcomes.iter().map(|outcome| outcome.number).collect();
+    (0..people).filter(|number| !there.contains(number)).collect()
 }
 
 #[cfg(test)]
@@ -498,8 +504,8 @@ mod tests {
     #[test]
     fn clay_of_another_digest_or_nobody_at_all_is_found() {
         let outcome = |number, digest| Outcome { number, subject: (1, None), version: 4, digest, told: 7 };
-        assert_eq!(diverged(2, &[outcome(0, 7), outcome(1, 7)]), []);
-        assert_eq!(diverged(2, &[outcome(0, 7), outcome(1, 8)]).len(), 1);
-        assert_eq!(diverged(3, &[outcome(0, 7), outcome(2, 7)])[0].said, "person 1 could not tell their clay");
+        assert_eq!(diverged(&[outcome(0, 7), outcome(1, 7)]), []);
+        assert_eq!(diverged(&[outcome(0, 7), outcome(1, 8)]).len(), 1);
+        assert_eq!(untold(3, &[outcome(0, 7), outcome(2, 8)]), [1]);
     }
 }
