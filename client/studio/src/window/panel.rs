@@ -106,9 +106,9 @@ pub(super) struct PanelState {
 }
 
 impl PanelState {
-    /// Folds the controls away, or opens them.
+    /// Folds the controls away, or opens them; twice between two pictures leaves them as they were.
     pub(super) fn fold(&mut self) {
-        self.is_open = Some(self.covers == 0.0);
+        self.is_open = Some(!self.is_open.unwrap_or(self.covers > 0.0));
     }
 }
 
