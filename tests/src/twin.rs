@@ -1,4 +1,4 @@
-//! Stand-ins for haptic devices: each keeps its device's protocol from the other side, and can be told to break it.
+//! Stand-ins for haptic devices, gamepads and a sound server: each keeps its protocol from the other side, and can be told to break it.
 //!
 //! None of the devices was at hand: what is held against a twin is held to the protocol as its public sources have it,
 //! and to nothing else.
@@ -13,5 +13,7 @@ mod hand;
 pub mod haply;
 #[cfg(unix)]
 pub mod hdapi;
+#[cfg(target_os = "linux")]
+pub mod pulse;
 
 pub use hand::HandSession;
