@@ -67,16 +67,28 @@ impl Device for Noting {
     }
 }
 
+/// A hand that means to go 20 mm in within half a second and holds on there.
+const HOLDS_ON: &str = "t_s,x_mm,y_mm,z_mm\n0,74,0,100\n0.5,52,0,100\n4,52,0,110\n";
+
 fn pressed_by_a_hand(method: MethodKind, thousands: u64) -> (HapticLoop, NetSide, Arc<Mutex<Noted>>) {
+    pressed(method, thousands, HandModel::default(), HOLDS_ON)
+}
+
+/// On a wheel of 60 rpm.
+fn pressed(
+    method: MethodKind,
+    thousands: u64,
+    hand: HandModel,
+    stroke: &str,
+) -> (HapticLoop, NetSide, Arc<Mutex<Noted>>) {
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(60.0)));
     let conditions = Conditions { wheel, method, ..Conditions::default() };
     let spec = PotSpec { keeps_volume: method.keeps_volume(), ..PotSpec::default() };
     let field = Field::new(Pot::new(spec).unwrap(), Tick(0));
     let (side, net) = boundary(&Patch { field, conditions, rack: rack::standard() });
-    // a hand means to go 20 mm in within half a second and holds on there
-    let stroke = Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,74,0,100\n0.5,52,0,100\n4,52,0,110\n").unwrap();
+    let stroke = Stroke::parse(stroke).unwrap();
     let noted = Arc::new(Mutex::new(Noted::default()));
-    let within = SimulatedDevice::new(Arc::new(stroke), HandModel::default());
+    let within = SimulatedDevice::new(Arc::new(stroke), hand);
     let device = Noting { within, noted: Arc::clone(&noted) };
     (HapticLoop::new(Box::new(device), side).at(rate(thousands)), net, noted)
 }
@@ -112,6 +124,67 @@ fn the_clay_is_the_same_at_every_rate_and_the_force_follows_the_hand() {
             // what is wanted of a loop: 2 %
             assert!((dented_m3 / dented - 1.0).abs() < 0.02, "{method:?} at {thousands} kHz: {dented_m3} and {dented}");
             assert!((force_n / felt - 1.0).abs() < 0.02, "{method:?} at {thousands} kHz: {force_n} N and {felt} N");
+        }
+    }
+}
+
+/// Where round the pot two dents lie, in turns from one to the other against the wheel: from the deepest place of each, the middle of what
+/// lies within a sixth of a turn.
+fn turns_between(hand: &HapticLoop) -> f64 {
+    let surface = &hand.hand().field().pot().surfaces()[0];
+    let columns = surface.shape().columns();
+    let dent = |column: u32| surface.column_m(column).iter().map(|radius_m| f64::from(0.06 - radius_m).max(0.0)).sum();
+    let dents: Vec<f64> = (0..columns).map(dent).collect();
+    let near = i64::from(columns) / 6;
+    let around = |middle: u32, by: i64| (i64::from(middle) + by).rem_euclid(columns.into()) as usize;
+    let deepest = |left_out: Option<u32>| {
+        let is_left_out =
+            |column: u32| left_out.is_some_and(|middle| (-near..=near).any(|by| around(middle, by) == column as usize));
+        (0..columns)
+            .filter(|&column| !is_left_out(column))
+            .max_by(|&a, &b| dents[a as usize].total_cmp(&dents[b as usize]))
+            .unwrap()
+    };
+    let middle = |deepest: u32| {
+        let (weights, moments) = (-near..=near).fold((0.0, 0.0), |(weights, moments), by| {
+            let dent = dents[around(deepest, by)];
+            (weights + dent, moments + dent * by as f64)
+        });
+        assert!(weights > 0.0, "there is no dent");
+        f64::from(deepest) + moments / weights
+    };
+    let first = deepest(None);
+    let apart = (middle(first) - middle(deepest(Some(first)))) / f64::from(columns);
+    // three quarters of a turn one way are one quarter the other
+    1.0 - apart.rem_euclid(1.0).min((-apart).rem_euclid(1.0))
+}
+
+#[test]
+fn the_wheel_turns_as_far_between_two_presses_at_every_rate_and_for_every_hand() {
+    // in and out within 0.2 s, and 0.75 s later once more
+    const TWICE: &str = "t_s,x_mm,y_mm,z_mm\n0,80,0,100\n0.25,80,0,100\n0.35,50,0,100\n0.45,80,0,100\n1,80,0,100\n1.1,50,0,100\n1.2,80,0,100\n";
+    let usual = HandModel::default();
+    let light = HandModel { mass_kg: 0.12, damping_n_s_per_m: 1.5, stiffness_n_per_m: 100.0, ..usual };
+    let firm = HandModel { mass_kg: 0.35, damping_n_s_per_m: 9.0, stiffness_n_per_m: 1000.0, ..usual };
+    for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
+        for (name, model) in [("light", light), ("standard", usual), ("firm", firm)] {
+            // a loop that comes to every fourth or second tick alone, and those that turn more often
+            let slow = [(1, 4), (1, 2)];
+            let mut at_a_thousand = None;
+            for (thousands, every) in THOUSANDS.map(|thousands| (thousands, 1)).into_iter().chain(slow) {
+                let (mut hand, mut net, _) = pressed(method, thousands, model, TWICE);
+                for turn in (0..1500 * thousands).step_by(every) {
+                    hand.turn(turn);
+                    while net.next_sample().is_some() {}
+                }
+                let rpm = 60.0 * turns_between(&hand) / 0.75;
+                let usual = *at_a_thousand.get_or_insert(rpm);
+                let hertz = 1000 * thousands / every as u64;
+                println!("{method:?}, {name} hand, {hertz} Hz: the wheel turns at {rpm:.2} rpm");
+                // what is wanted of a loop: 2 %
+                assert!((rpm / 60.0 - 1.0).abs() < 0.02, "{method:?}, {name} hand, {hertz} Hz: {rpm} rpm");
+                assert!((rpm / usual - 1.0).abs() < 0.02, "{method:?}, {name} hand, {hertz} Hz: {rpm} and {usual} rpm");
+            }
         }
     }
 }

@@ -141,6 +141,20 @@ pub(super) fn through_the_axis(method: MethodKind) -> f64 {
     largest
 }
 
+/// Most elements that a step works at while the tool does that, over those at the tool's heights all round the pot.
+pub(super) fn work_at_the_axis(method: MethodKind) -> f64 {
+    let mut most = 0;
+    let mut scene = Scene::new(method, 180, 200);
+    // half a millimetre a tick, so that no step has more than one part, and ten ticks on the axis itself
+    for tick in 0..310_u16 {
+        let gone_mm = 0.5 * f32::from(tick.min(150) + tick.saturating_sub(160));
+        let contact = scene.press(scene.tool(12.0, around(75.0 - gone_mm, 0.3, 99.7)));
+        most = most.max(scene.worked_at().max(u64::from(contact.elements)));
+    }
+    // 24 mm of 200, and a row for each end
+    scene.unless_broken(most as f64 / (180.0 * 26.0))
+}
+
 /// Largest force on a tool that was in the air a tick before, over what clay bears on a smooth sphere that is wholly in
 /// it.
 pub(super) fn born_in_the_clay(method: MethodKind) -> f64 {

@@ -49,6 +49,15 @@ pub const SCENARIOS: &[Scenario] = &[
         measure: hand::through_the_axis,
     },
     Scenario {
+        name: "the same way through the axis",
+        figure: "most elements that a step works at over those at the tool's heights all round the pot",
+        unit: "",
+        bound: Bound::AtMost(4.0),
+        reason: "a rim ends at four radii of the contact, so that nothing farther above or below the tool is looked at",
+        fails: NONE,
+        measure: hand::work_at_the_axis,
+    },
+    Scenario {
         name: "a still hand pushes with 3 N",
         figure: "how fast it sinks after 2 s",
         unit: "mm/s",

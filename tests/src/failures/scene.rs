@@ -26,8 +26,9 @@ pub(crate) struct Scene {
     contacts: Vec<Contact>,
     /// What was pressed last, when it was one tool.
     last: Option<Press>,
-    /// What changed since the pot settled.
+    /// What changed since the pot settled, and how much of it before the last step.
     changed: Vec<(usize, Window)>,
+    changed_before: usize,
 }
 
 impl Scene {
@@ -48,6 +49,7 @@ impl Scene {
             contacts: Vec::new(),
             last: None,
             changed: Vec::new(),
+            changed_before: 0,
         }
     }
 
@@ -79,6 +81,7 @@ impl Scene {
     /// One step under presses of which nobody says where they come from.
     pub(crate) fn advance(&mut self, presses: &[Press]) -> &[Contact] {
         let changed = &mut self.changed;
+        self.changed_before = changed.len();
         let touched = |surface, window| changed.push((surface, window));
         let contacts = self.substep.advance(&mut self.pot, presses, self.method, touched);
         self.contacts.clear();
@@ -100,9 +103,16 @@ impl Scene {
         self.advance(&[Press { from_m: before.map(|last| last.centre_m), ..press }])[0]
     }
 
+    /// Elements that the last step changed, or looked at to change them.
+    pub(crate) fn worked_at(&self) -> u64 {
+        let windows = self.changed[self.changed_before..].iter();
+        windows.map(|(_, window)| u64::from(window.columns) * u64::from(window.rows)).sum()
+    }
+
     /// Books what was pressed away since it last did, as the studio does at its snapshots.
     pub(crate) fn settle(&mut self) {
         self.pot.settle(self.changed.drain(..));
+        self.changed_before = 0;
     }
 
     /// Radii of the elements of the outer surface, m.

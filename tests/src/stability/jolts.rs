@@ -1,6 +1,6 @@
 //! What jolts a hand that did nothing of the kind: transitions, stalls, corrections, faults, walls passed through.
 //!
-//! Owns the scenarios in which the device goes where it is told, whatever it is given.
+//! Owns the scenarios in which the device goes where it is told, whatever it is given; stalls and corrections also meet hands that hold it.
 //! Invariant: forces are those that the device gets.
 
 use glam::Vec3;
@@ -11,6 +11,7 @@ use pottery_shared::tool::{Shape, Side, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
 use super::bench::{Bench, Scene};
+use super::mechanism::{Grip, Mechanism};
 
 /// A place `depth_mm` deeper than where the tool just touches.
 fn deep(depth_mm: f32) -> Vec3 {
@@ -57,8 +58,47 @@ pub(super) fn centre_crosses(method: MethodKind) -> f64 {
     f64::from(largest_n / even_n)
 }
 
-/// Largest change of force in a tick, N, after the loop stood still for 50 ms while the hand went 8 mm deeper.
+/// What hands of every kind are given, tick by tick. They mean to rest so deep that they push with two newtons, and `deeper_mm` deeper; the loop
+/// stands still in the ticks of which `meanwhile` says so, and the force stays as it was. Encoders are exact: what their steps do is other rows'.
+fn held(
+    method: MethodKind,
+    ticks: u16,
+    deeper_mm: impl Fn(u16) -> f32,
+    mut meanwhile: impl FnMut(&mut Bench, u16) -> bool,
+) -> [Vec<Vec3>; 3] {
+    Grip::ALL.map(|grip| {
+        let scene = Scene::of(method);
+        let mut bench = Bench::new(&scene);
+        let rest_mm = 2e3 / grip.stiffness_n_m as f32;
+        // the way in takes a third of a second
+        let meant_m = |tick: u16| deep((rest_mm + 4.0) * (3e-3 * f32::from(tick)).min(1.0) - 2.0 + deeper_mm(tick));
+        let mut mechanism = Mechanism::at_rest(grip, meant_m(0), 0.0, scene.delay_s);
+        let mut force_n = Vec3::ZERO;
+        let ticks = (0..ticks).map(|tick| {
+            if meanwhile(&mut bench, tick) {
+                bench.stall(1);
+            } else {
+                (force_n, _) = bench.tick(Some(mechanism.reported_m()));
+            }
+            mechanism.pass(force_n, meant_m(tick), 1e-3);
+            force_n
+        });
+        ticks.collect()
+    })
+}
+
+/// Largest change of force in a tick, N, after the loop stood still for 50 ms while the device went 8 mm deeper, or while a hand went on at 20 mm/s.
 pub(super) fn stall(method: MethodKind) -> f64 {
+    const FROM: u16 = 600;
+    const UNTIL: u16 = FROM + 50;
+    let deeper_mm = |tick: u16| 0.02 * f32::from(tick.clamp(FROM, UNTIL) - FROM);
+    let hands = held(method, 1000, deeper_mm, |_, tick| (FROM..UNTIL).contains(&tick));
+    let change = |pair: &[Vec3]| f64::from((pair[1] - pair[0]).length());
+    let after = hands.iter().flat_map(|forces_n| forces_n[usize::from(UNTIL) - 1..].windows(2).map(change));
+    after.fold(told_to_stall(method), f64::max)
+}
+
+fn told_to_stall(method: MethodKind) -> f64 {
     let mut bench = Bench::new(&Scene::of(method));
     for tick in 0..200_u8 {
         bench.tick(Some(deep(f32::from(tick) * 0.01)));
@@ -100,14 +140,9 @@ pub(super) fn undoing(method: MethodKind) -> f64 {
     corrected(method, 2e-3)
 }
 
-fn corrected(method: MethodKind, by_m: f32) -> f64 {
-    let scene = Scene::of(method);
-    let mut bench = Bench::new(&scene);
-    // long enough for the clay to have given way
-    for tick in 0..1500_u16 {
-        bench.tick(Some(deep((f32::from(tick) * 0.01).min(3.0))));
-    }
-    let (mut pot, through) = (bench.clay().clone(), Tick(bench.local()));
+/// As the clay is now, but for its outer surface, which lies elsewhere.
+fn moved(bench: &Bench, by_m: f32) -> Field {
+    let mut pot = bench.clay().clone();
     let surface = &mut pot.surfaces_mut()[0];
     for column in 0..surface.shape().columns() {
         for row in 0..surface.shape().rows() {
@@ -115,18 +150,38 @@ fn corrected(method: MethodKind, by_m: f32) -> f64 {
             surface.set_radius(column, row, radius_m + by_m);
         }
     }
-    let mut forces_n = Vec::new();
-    for tick in 0..600 {
-        if tick == 50 {
-            bench.net.publish(|patch| patch.field = Field::new(pot.clone(), through));
+    Field::new(pot, Tick(bench.local()))
+}
+
+/// For a device that is told to stay 3 mm deep, and for hands of every kind; the correction is heard 50 ms after the room has made it.
+fn corrected(method: MethodKind, by_m: f32) -> f64 {
+    // long enough for the clay to have given way
+    const MADE: u16 = 1500;
+    const HEARD: u16 = MADE + 50;
+    const TICKS: u16 = MADE + 600;
+    let mut made = None;
+    let mut correct = |bench: &mut Bench, tick: u16| {
+        if tick == MADE {
+            made = Some(moved(bench, by_m));
+        } else if tick == HEARD
+            && let Some(field) = made.take()
+        {
+            bench.net.publish(|patch| patch.field = field);
         }
-        forces_n.push(bench.tick(Some(deep(3.0))).0);
-    }
+        false
+    };
+    let mut bench = Bench::new(&Scene::of(method));
+    let told = (0..TICKS).map(|tick| {
+        correct(&mut bench, tick);
+        bench.tick(Some(deep((f32::from(tick) * 0.01).min(3.0)))).0
+    });
+    let told: Vec<_> = told.collect();
     let jolt = |pair: &[Vec3]| {
         let (first, last) = (pair[0], pair[pair.len() - 1]);
         f64::from((last - first).length() / (0.07 * first.length()).max(0.1))
     };
-    forces_n.windows(21).map(jolt).fold(0.0, f64::max)
+    let all = held(method, TICKS, |_| 0.0, correct).into_iter().chain([told]);
+    all.flat_map(|forces_n| forces_n[usize::from(MADE)..].windows(21).map(jolt).collect::<Vec<_>>()).fold(0.0, f64::max)
 }
 
 /// What becomes of a tool that is thrown through a pot at 4 m/s.
