@@ -44,13 +44,13 @@ impl Shown {
         let window = egui::Window::new(words.say("fitting")).id(egui::Id::unique("fitting")).resizable(false);
         window.anchor(Align2::RIGHT_BOTTOM, [-12.0, -64.0]).default_width(300.0).show(context, |ui| {
             ui.set_width(300.0_f32.min(context.content_rect().width() - 40.0));
-            let step = match self.fitting.step() {
-                Step::Rest => "fitting-rest",
-                Step::Reach => "fitting-reach",
-                Step::Done => "fitting-done",
+            let (step, how) = match self.fitting.step() {
+                Step::Rest => ("fitting-rest", "fitting-rest-how"),
+                Step::Reach => ("fitting-reach", "fitting-reach-how"),
+                Step::Done => ("fitting-done", "fitting-done-how"),
             };
             ui.label(RichText::new(words.say(step)).strong());
-            ui.label(words.say(&format!("{step}-how")));
+            ui.label(words.say(how));
             if self.fitting.step() == Step::Done {
                 let mut scale = fit.scale;
                 let range = Calibration::SCALE_MIN..=Calibration::SCALE_MAX;
