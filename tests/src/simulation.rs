@@ -12,7 +12,7 @@ use pottery_client::{JoinError, PotterOptions, Seat, Target};
 use pottery_server::{Certificate, Server, ServerConfig, ServerError, server_config};
 use tokio::time::Instant;
 
-use crate::line::Quality;
+use crate::line::{BurstLoss, Quality};
 use crate::network::Network;
 
 /// Where the server is.
@@ -23,6 +23,15 @@ pub const SERVER: ([u8; 4], u16) = ([10, 0, 0, 1], 4747);
 pub const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
+
+/// 100 ± 40 ms each way and 5 % of the packets lost, most of them in bursts of a tenth of a second.
+pub const BURSTS: Quality = Quality {
+    latency: ms(60),
+    jitter: ms(80),
+    loss: BurstLoss { every: ms(1000), lasts: ms(100), in_burst: 0.5, otherwise: 0.005 },
+    duplicates: 0.0,
+    rate: None,
+};
 
 /// Runs to the end in virtual time: as fast as the machine can, and never waiting.
 ///

@@ -22,8 +22,8 @@ use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::snapshot::{Author, Moment, SnapshotClock, Touched};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
-use pottery_tests::line::{BurstLoss, Quality, Rate};
-use pottery_tests::simulation::{Joined, Simulation, in_virtual_time, ms};
+use pottery_tests::line::{Quality, Rate};
+use pottery_tests::simulation::{BURSTS, Joined, Simulation, in_virtual_time, ms};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
@@ -336,15 +336,6 @@ fn intercontinental_ends_with_the_same_clay() {
 fn awful_ends_with_the_same_clay() {
     assert_same_clay("awful", 3, Quality::AWFUL, 1..4);
 }
-
-/// 100 ± 40 ms each way and 5 % of the packets lost, most of them in bursts of a tenth of a second.
-const BURSTS: Quality = Quality {
-    latency: ms(60),
-    jitter: ms(80),
-    loss: BurstLoss { every: ms(1000), lasts: ms(100), in_burst: 0.5, otherwise: 0.005 },
-    duplicates: 0.0,
-    rate: None,
-};
 
 /// `POTTERY_SEEDS=500` tries so many instead of a few.
 #[test]

@@ -141,7 +141,8 @@ pub(super) fn through_the_axis(method: MethodKind) -> f64 {
     largest
 }
 
-/// Most elements that a step works at while the tool does that, over those at the tool's heights all round the pot.
+/// Most elements that a step works at while the tool goes through the axis slowly and rests there, over those at the tool's heights all
+/// round the pot. A tool that comes faster, as in [`through_the_axis`], is taken in parts, up to three there.
 pub(super) fn work_at_the_axis(method: MethodKind) -> f64 {
     let mut most = 0;
     let mut scene = Scene::new(method, 180, 200);

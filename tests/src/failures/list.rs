@@ -49,11 +49,12 @@ pub const SCENARIOS: &[Scenario] = &[
         measure: hand::through_the_axis,
     },
     Scenario {
-        name: "the same way through the axis",
+        name: "slowly through the axis, half a millimetre a tick",
         figure: "most elements that a step works at over those at the tool's heights all round the pot",
         unit: "",
         bound: Bound::AtMost(4.0),
-        reason: "a rim ends at four radii of the contact, so that nothing farther above or below the tool is looked at",
+        reason: "a rim ends at four radii of the contact, so that nothing farther above or below the tool is looked at; a step whose tool comes \
+                 farther is taken in parts, and works as much in each",
         fails: NONE,
         measure: hand::work_at_the_axis,
     },

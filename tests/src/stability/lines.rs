@@ -15,16 +15,8 @@ use super::mechanism::Grip;
 use super::online::{Held, Holder, Session, hold};
 use crate::failures::METHODS;
 use crate::line::{BurstLoss, Quality};
-use crate::simulation::ms;
+use crate::simulation::{BURSTS, ms};
 
-/// 100 ± 40 ms each way and 5 % of the packets lost, most of them in bursts of a tenth of a second.
-const BURSTS: Quality = Quality {
-    latency: ms(60),
-    jitter: ms(80),
-    loss: BurstLoss { every: ms(1000), lasts: ms(100), in_burst: 0.5, otherwise: 0.005 },
-    duplicates: 0.0,
-    rate: None,
-};
 /// Every packet twice, and most of them overtaken.
 const TANGLED: Quality =
     Quality { jitter: ms(60), duplicates: 1.0, loss: BurstLoss::NONE, rate: None, ..Quality::HOME };
