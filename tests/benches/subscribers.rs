@@ -104,7 +104,7 @@ fn studio(subscribers: u32) -> Result<Cost, Fault> {
         .map(|folder| folder.join("pottery-server"))
         .ok_or("no folder of builds")?;
     let options = Options {
-        against: Against::Spawned { program, threads: None },
+        against: Against::Spawned { program, threads: None, apart: None },
         punctuality: Punctuality::default(),
         thresholds: Vec::new(),
         aborts: false,

@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use pottery_server::{Certificate, server_config};
 use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
+use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::Host;
 use pottery_tests::load::knee::Climb;
 use pottery_tests::load::plan::Plan;
@@ -81,6 +82,40 @@ fn a_spawned_server_has_as_many_threads_as_it_is_asked_to_have() {
         tasks.filter_map(|task| name(task).ok()).filter(|name| name.starts_with("tokio-rt-worker")).count()
     };
     assert_eq!((workers(1), workers(3)), (1, 3));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_spawned_server_keeps_to_its_own_cores_and_the_generator_to_the_others() {
+    let allowed = std::thread::available_parallelism().unwrap().get();
+    let json = folder("cores").join("run.json");
+    let mut arguments = vec!["--spawn", "--potters", "1", "--full-potters", "0", "--duration", "1", "--warmup", "0.2"];
+    arguments.extend(PATIENT);
+    arguments.extend(["--ramp", "0", "--json", json.to_str().unwrap(), "--server-cores"]);
+    let done = output(&[&arguments[..], &[&allowed.to_string()]].concat());
+    assert_eq!(done.status.code(), Some(1), "{}", told(&done));
+    assert!(told(&done).contains("at least one is the server's, and one the generator's"), "{}", told(&done));
+    let Ok(apart) = Apart::new(1) else {
+        assert_eq!(allowed, 1, "of two cores one can be the server's");
+        return;
+    };
+    let host = {
+        let _kept = apart.keep_to_server().unwrap();
+        Host::spawn(&program("pottery-server"), None, &Plan::default()).unwrap()
+    };
+    let tasks = std::fs::read_dir(format!("/proc/{}/task", host.process())).unwrap();
+    let mut cores: Vec<String> = tasks
+        .map(|task| std::fs::read_to_string(task.unwrap().path().join("status")).unwrap())
+        .map(|status| status.lines().find(|line| line.starts_with("Cpus_allowed_list")).unwrap().to_owned())
+        .collect();
+    cores.dedup();
+    let [core] = &cores[..] else { panic!("threads of one server are on {cores:?}") };
+    assert!(!core.contains([',', '-']), "more than one core: {core}");
+    let done = output(&[&arguments[..], &["1"]].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let run = result(&json);
+    assert_eq!((run.host.server_cores, run.host.cores), (Some(1), allowed - 1));
+    assert!(told(&done).contains(&format!("cores of their own, 1 and {}", allowed - 1)), "{}", told(&done));
 }
 
 #[test]

@@ -127,8 +127,8 @@ fn verdict(result: &RunResult) -> String {
 fn about(result: &RunResult) -> String {
     let (plan, host) = (&result.plan, &result.host);
     format!(
-        "<p>{} – {} potters and {} who look on at {} wheels for {:.0} s, seed {}. {} ({} cores, load before {}), {}, {} build, \
-         protocol {}.</p>",
+        "<p>{} – {} potters and {} who look on at {} wheels for {:.0} s, seed {}. {} ({} cores, load before {}), server and \
+         generator {}, {}, {} build, protocol {}.</p>",
         escaped(&plan.name),
         plan.potters,
         plan.spectators,
@@ -138,6 +138,7 @@ fn about(result: &RunResult) -> String {
         escaped(&host.processor),
         host.cores,
         escaped(&host.load_before),
+        host.shared_out(),
         escaped(&host.system),
         if host.is_release { "release" } else { "debug" },
         result.protocol

@@ -77,12 +77,26 @@ pub struct HostFacts {
     pub processor: String,
     /// Cores that the generator may use.
     pub cores: usize,
+    /// Cores that were the server's alone; absent when both used the same.
+    #[serde(default)]
+    pub server_cores: Option<usize>,
     /// Load averages before the run.
     pub load_before: String,
     /// Operating system and architecture.
     pub system: String,
     /// Whether both were compiled with optimisation.
     pub is_release: bool,
+}
+
+impl HostFacts {
+    /// How the two sides had the machine, in words.
+    #[must_use]
+    pub fn shared_out(&self) -> String {
+        match self.server_cores {
+            Some(servers) => format!("cores of their own, {servers} and {}", self.cores),
+            None => "on the same cores".to_owned(),
+        }
+    }
 }
 
 /// The server's side of the measured time.
@@ -290,12 +304,13 @@ impl RunResult {
         let percent = |value: Option<f64>| value.map_or_else(|| "?".into(), |value| format!("{value:.1} %"));
         let mb = |value: Option<f64>| value.map_or_else(|| "?".into(), |value| format!("{value:.0} MB"));
         table.push_str(&format!(
-            "{:<28}server {} of a core, {}; generator {}, {}; a thread with nothing to do was late {} times\n",
+            "{:<28}server {} of a core, {}; generator {}, {}; {}; a thread with nothing to do was late {} times\n",
             "machine",
             percent(self.server_cpu_percent),
             mb(self.server_memory_mb),
             percent(self.generator_cpu_percent),
             mb(self.generator_memory_mb),
+            self.host.shared_out(),
             self.bystander_late
         ));
         if let Some(server) = &self.server {

@@ -17,6 +17,7 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use super::bystander::Bystander;
+use super::cores::{Apart, Kept};
 use super::figures::{Quantiles, Recorder, Tally};
 use super::follower::{Ledger, Subject};
 use super::host::{self, Host, HostError, Told, Usage};
@@ -44,8 +45,10 @@ pub enum Against {
     Spawned {
         /// Its program.
         program: PathBuf,
-        /// Its threads; as many as there are cores when absent.
+        /// Its threads; as many as it has cores when absent.
         threads: Option<u8>,
+        /// Which cores are its own; it and the generator share all when absent.
+        apart: Option<Box<Apart>>,
     },
     /// One that runs already.
     Running {
@@ -73,6 +76,16 @@ pub struct Options {
     pub is_told: bool,
 }
 
+impl Options {
+    /// How the machine's cores are shared out, when they are.
+    fn apart(&self) -> Option<&Apart> {
+        match &self.against {
+            Against::Spawned { apart, .. } => apart.as_deref(),
+            Against::Running { .. } => None,
+        }
+    }
+}
+
 /// Why there was no run.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
@@ -91,6 +104,9 @@ pub enum RunError {
     /// No threads.
     #[error("the system gives no threads: {0}")]
     Threads(std::io::Error),
+    /// No cores of its own.
+    #[error("the system does not keep a process to a core ({0}): leave --server-cores out")]
+    Cores(std::io::Error),
     /// Interrupted by a person.
     #[error("interrupted")]
     Interrupted,
@@ -112,10 +128,15 @@ pub enum RunError {
 pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     let plan = plan.checked()?;
     let load_before = host::machine().2;
+    let apart = options.apart();
     let spawned = match &options.against {
-        Against::Spawned { program, threads } => Some(Host::spawn(program, *threads, &plan)?),
+        Against::Spawned { program, threads, .. } => {
+            let _kept = keep(apart, Apart::keep_to_server)?;
+            Some(Host::spawn(program, *threads, &plan)?)
+        }
         Against::Running { .. } => None,
     };
+    let _kept = keep(apart, Apart::keep_to_generator)?;
     if let Some(host) = &spawned {
         eprintln!("server      {} (process {})", host.address, host.process());
     }
@@ -127,6 +148,10 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     let result = runtime.block_on(work(plan, options, spawned.as_ref(), load_before));
     runtime.shutdown_timeout(Duration::from_secs(1));
     result
+}
+
+fn keep(apart: Option<&Apart>, side: impl FnOnce(&Apart) -> std::io::Result<Kept>) -> Result<Option<Kept>, RunError> {
+    apart.map(side).transpose().map_err(RunError::Cores)
 }
 
 fn strokes() -> Result<Vec<Arc<Stroke>>, StrokeError> {
@@ -220,7 +245,9 @@ impl<'a> Watched<'a> {
     fn new(studio: &'a Arc<Studio>, options: &'a Options, spawned: Option<&'a Host>, load_before: String) -> Self {
         let (processor, cores, _) = host::machine();
         let system = format!("{} {}", std::env::consts::OS, std::env::consts::ARCH);
-        let host = HostFacts { processor, cores, load_before, system, is_release: !cfg!(debug_assertions) };
+        let server_cores = options.apart().map(Apart::servers);
+        let is_release = !cfg!(debug_assertions);
+        let host = HostFacts { processor, cores, server_cores, load_before, system, is_release };
         let none = Quantiles::default();
         let result = RunResult {
             schema: SCHEMA,
@@ -298,6 +325,8 @@ impl<'a> Watched<'a> {
             if is_measured && self.generator_before.is_none() {
                 self.generator_before = self.last.1;
                 self.server_before = self.last.0.zip(self.spawned.and_then(Host::told));
+                // it stands on whatever core is free, as what waits for a slow machine does
+                let _kept = keep(self.options.apart(), Apart::keep_to_none)?;
                 self.bystander = Some(Bystander::stand().map_err(RunError::Threads)?);
             }
             let is_besieged = self.strangers.is_some();

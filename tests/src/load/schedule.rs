@@ -74,8 +74,9 @@ impl Punctuality {
     pub fn fault(&self, lag_p99: Duration, sends: u64, dropped: u64) -> Option<String> {
         if lag_p99 > self.lag_max {
             return Some(format!(
-                "the generator was behind its own schedule by {:.1} ms at the 99th percentile, more than {:.1} ms: use a \
-                 machine with more time to spare, fewer people, or --lag-max-ms",
+                "the generator was behind its own schedule by {:.1} ms at the 99th percentile, more than {:.1} ms: keep \
+                 a spawned server to cores of its own with --server-cores, use a machine with more time to spare, fewer people, or \
+                 --lag-max-ms",
                 lag_p99.as_secs_f64() * 1e3,
                 self.lag_max.as_secs_f64() * 1e3
             ));

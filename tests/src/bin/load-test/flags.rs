@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use pottery_shared::protocol::JoinCode;
+use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::server_program;
 use pottery_tests::load::knee::{Raises, Way};
 use pottery_tests::load::plan::{Plan, Sight};
@@ -22,6 +23,8 @@ Examples:
       eight people press at four wheels of a server that is started for it
   load-test --spawn --scenario lesson --threshold 'input_delta_ms:p99<120' --html lesson.html
       a class of 24; the page shows every second
+  load-test --spawn --server-cores 1 --wheels 24 --potters 24 --spectators 696
+      a school on one core, and who plays it on the others
   load-test --server 127.0.0.1:4747 --code K7QM-3XPD --spectators 100
       a server that runs already
   load-test knee --spawn --potters 1 --sight full --raise spectators --from 100 --to 2000 --threshold 'delta_age_ms:p99<20'
@@ -65,7 +68,10 @@ pub(crate) struct RunFlags {
     /// The server's program [default: pottery-server beside this program]
     #[arg(long, value_name = "FILE", requires = "spawn")]
     program: Option<PathBuf>,
-    /// Threads of the server [default: as many as there are cores]
+    /// Keep a spawned server to so many of this machine's cores and everybody else to the others, so that neither waits for the other
+    #[arg(long, value_name = "COUNT", requires = "spawn")]
+    server_cores: Option<usize>,
+    /// Threads of the server [default: as many as it has cores]
     #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = clap::value_parser!(u8).range(1..=64))]
     server_threads: Option<u8>,
     /// A server that runs already
@@ -219,7 +225,8 @@ impl RunFlags {
             }
             _ if self.spawn => {
                 let program = self.program.clone().map_or_else(server_program, Ok)?;
-                Ok(Against::Spawned { program, threads: self.server_threads })
+                let apart = self.server_cores.map(Apart::new).transpose()?.map(Box::new);
+                Ok(Against::Spawned { program, threads: self.server_threads, apart })
             }
             _ => Err("say which server: --spawn starts one, --server ADDRESS --code CODE names one; --help tells more"
                 .into()),
