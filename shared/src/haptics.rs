@@ -13,9 +13,9 @@
 //! | scale | `s·F`, so that a small device works clay that needs more ([`Setup::felt_share`]) | chosen: 3.3 N against the 17 N of a deep dent |
 //! | drag | friction along wet clay, by slip ([`Wet`]) | Kikuuwe and others 2006; Locat and Demers 1988 |
 //! | coupling | `K·(x_p − x_d) + B·(v_p − v_d)` ([`Coupling`]) | Colgate, Stanley and Brown 1995; Colgate and Schenkel 1997 |
-//! | correction | what corrected clay changes comes at 5 to 20 N/s | force limen of 7 to 10 % |
+//! | correction | what corrected clay changes comes at 2 to 20 N/s: in 20 ms, with a step of the encoders, no more than a hand tells apart | force limen of 7 to 10 % |
 //! | guidance | a teacher's hand on this one ([`Guidance`]) | Emken, Benitez and Reinkensmeyer 2007; Lee and Choi 2010 |
-//! | passivity | observer and controller, with the delay accounted for | Hannaford and Ryu 2002 |
+//! | passivity | observer and controller, with the delay accounted for; what it damped by goes at 50 N/s | Hannaford and Ryu 2002 |
 //! | ramp | after a pause the force comes at 100 N/s | chosen |
 //! | limit | no longer than the device's peak, direction kept | the device |
 //!
@@ -182,7 +182,7 @@ impl Haptics {
             proxy: Proxy::default(),
             guide: Guide::new(&specs, &coupling, (period, delay), yields_m_n),
             passivity: Passivity::default(),
-            correction: Correction::default(),
+            correction: Correction::beside_steps_of(coupling.stiffness_n_m * specs.resolution_m),
             ramp: Ramp::default(),
             filtered_n: Vec3::ZERO,
             device: Motion::default(),

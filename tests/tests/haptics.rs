@@ -284,6 +284,58 @@ fn chain_of_another_device_is_tuned_to_it_and_its_force_comes_by_the_ramp() {
 }
 
 #[test]
+fn what_damps_a_hand_that_a_standing_force_has_thrown_lets_go_little_by_little() {
+    // a device that bears more than is asked for, so that the limit hides nothing
+    let specs = DeviceSpecs { peak_force_n: 100.0, continuous_force_n: None, ..DeviceSpecs::OMNI };
+    let setup = |passivity| Setup {
+        stages: Stages { passivity, ramp: false, ..Stages::WHOLE },
+        felt_share: 0.2,
+        ..Setup::for_device(specs, 0.2)
+    };
+    let mut chains = [true, false].map(|passivity| Haptics::new(setup(passivity)));
+    // into the wall at 0.1 m/s, with a loop that stands still for 15 ms on the way
+    let mut brakes_n = Vec::new();
+    for tick in (0..40).chain(55..120_u16) {
+        let (at_m, dt) = (Vec3::X * (1e-3 - f32::from(tick) * 1e-4), if tick == 55 { Seconds(16e-3) } else { DT });
+        let [with_n, without_n] = chains.each_mut().map(|chain| {
+            let centre = chain.accept(Some(at_m), None, dt).unwrap();
+            chain.render(&wall(centre, None)).x
+        });
+        brakes_n.push(with_n - without_n);
+    }
+    let after_n = &brakes_n[40..];
+    // 5 N·s/m
+    assert!(after_n.iter().any(|&brake_n| (0.45..=0.501).contains(&brake_n)), "{after_n:?}");
+    assert!(after_n[after_n.len() - 20..].iter().all(|brake_n| brake_n.abs() < 1e-3), "{after_n:?}");
+    // 50 N/s, and what the encoder's steps make of the speed
+    assert!(after_n.windows(2).all(|pair| pair[0] - pair[1] < 0.051), "{after_n:?}");
+}
+
+#[test]
+fn correction_leaves_room_for_a_step_of_the_encoders_and_ends_however_coarse_they_are() {
+    // over a wall that is 2 mm lower from one tick to the next
+    for (resolution_m, within_20_ms_n) in [(0.0, 0.09), (55e-6, 0.09 - 700.0 * 55e-6), (1e-3, 0.045)] {
+        let specs = DeviceSpecs { resolution_m, ..DeviceSpecs::OMNI };
+        let mut chain = Haptics::new(Setup { felt_share: 0.2, ..Setup::for_device(specs, 0.2) });
+        let mut forces_n = Vec::new();
+        for tick in 0..2000_u16 {
+            if tick == 500 {
+                chain.clay_corrected();
+            }
+            let lower_m = if tick < 500 { Vec3::ZERO } else { Vec3::X * 2e-3 };
+            let centre = chain.accept(Some(Vec3::X * -2.5e-3 * (f32::from(tick) / 100.0).min(1.0)), None, DT).unwrap();
+            let there = Position::nearest(centre.point_m() + lower_m).unwrap();
+            forces_n.push(chain.render(&Touch { centre, ..wall(there, None) }).x);
+        }
+        let changed_n = forces_n[490..].windows(21).map(|pair| pair[0] - pair[20]).fold(0.0, f32::max);
+        assert!((changed_n - within_20_ms_n).abs() < 1e-3, "{resolution_m} m: {changed_n} N in 20 ms");
+        // 0.5 mm is left of 2.5, in series with 2 N/mm
+        let left_n = 0.5e-3 / (1.0 / 700.0 + 1.0 / 2000.0);
+        assert!((forces_n[1999] - left_n).abs() < 0.01, "{resolution_m} m: {} N in the end", forces_n[1999]);
+    }
+}
+
+#[test]
 fn force_is_finite_and_within_the_peak_whatever_comes() {
     let mut dice = Dice::new(0xf0e);
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e20, 0.0, 1e-45];

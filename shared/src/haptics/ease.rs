@@ -10,6 +10,8 @@ use crate::units::Seconds;
 /// The error that a correction of the clay left in the force, taken away little by little.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Correction {
+    /// What a step of the device's encoders changes the force by, N.
+    step_n: f32,
     error_n: Vec3,
     before_n: Vec3,
     settles_s: f32,
@@ -20,9 +22,25 @@ impl Correction {
     const SETTLES_S: f32 = 0.01;
     /// Fastest that an error goes, N/s.
     const RATE_MAX_N_S: f32 = 20.0;
-    /// Within 20 ms it goes by 6 % of the force or 0.09 N: a hand does not tell 7 % or 0.1 N apart, and the clay gives way meanwhile.
-    const SHARE_PER_S: f32 = 0.06 / 0.02;
-    const LEAST_N_S: f32 = 0.09 / 0.02;
+    /// Within 20 ms the force changes by 6 % or 0.09 N: a hand does not tell 7 % or 0.1 N apart, and the clay gives way meanwhile.
+    const WITHIN_S: f32 = 0.02;
+    const SHARE: f32 = 0.06;
+    const LEAST_N: f32 = 0.09;
+    /// Share of that which is the correction's own however coarse the encoders are, so that it ends.
+    const OWN_SHARE: f32 = 0.5;
+
+    /// For a device whose encoders have steps of K·q, N: a hand that gives way to a correction goes over one of them, which is felt at once, and
+    /// with what is let in it is to be no more than a hand tells apart.
+    pub(super) fn beside_steps_of(step_n: f32) -> Self {
+        Self { step_n, ..Self::default() }
+    }
+
+    /// How fast an error goes under a force, N/s.
+    fn rate_n_s(&self, force_n: f32) -> f32 {
+        let told_n = (Self::SHARE * force_n).max(Self::LEAST_N);
+        let own_n = (told_n - self.step_n).max(Self::OWN_SHARE * told_n);
+        (own_n / Self::WITHIN_S).min(Self::RATE_MAX_N_S)
+    }
 
     /// Says that the clay under the tool is another from now on.
     pub(super) const fn begin(&mut self) {
@@ -43,15 +61,15 @@ impl Correction {
         self.before_n = force_n;
         let error_n = self.error_n.length();
         if error_n > 0.0 {
-            let rate_n_s = (Self::SHARE_PER_S * (force_n + self.error_n).length()).max(Self::LEAST_N_S);
-            let left_n = (error_n - rate_n_s.min(Self::RATE_MAX_N_S) * dt.0).max(0.0);
+            let rate_n_s = self.rate_n_s((force_n + self.error_n).length());
+            let left_n = (error_n - rate_n_s * dt.0).max(0.0);
             self.error_n *= left_n / error_n;
         }
         force_n + self.error_n
     }
 
     pub(super) fn forget(&mut self) {
-        *self = Self::default();
+        *self = Self::beside_steps_of(self.step_n);
     }
 }
 

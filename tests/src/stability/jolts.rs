@@ -58,10 +58,20 @@ pub(super) fn centre_crosses(method: MethodKind) -> f64 {
     f64::from(largest_n / even_n)
 }
 
+/// How a device knows where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoders {
+    /// Exactly, so that what is felt is the loop's own.
+    Exact,
+    /// In the steps of a PHANToM Omni.
+    Omni,
+}
+
 /// What hands of every kind are given, tick by tick. They mean to rest so deep that they push with two newtons, and `deeper_mm` deeper; the loop
-/// stands still in the ticks of which `meanwhile` says so, and the force stays as it was. Encoders are exact: what their steps do is other rows'.
+/// stands still in the ticks of which `meanwhile` says so, and the force stays as it was.
 fn held(
     method: MethodKind,
+    encoders: Encoders,
     ticks: u16,
     deeper_mm: impl Fn(u16) -> f32,
     mut meanwhile: impl FnMut(&mut Bench, u16) -> bool,
@@ -72,7 +82,8 @@ fn held(
         let rest_mm = 2e3 / grip.stiffness_n_m as f32;
         // the way in takes a third of a second
         let meant_m = |tick: u16| deep((rest_mm + 4.0) * (3e-3 * f32::from(tick)).min(1.0) - 2.0 + deeper_mm(tick));
-        let mut mechanism = Mechanism::at_rest(grip, meant_m(0), 0.0, scene.delay_s);
+        let resolution_m = if encoders == Encoders::Omni { f64::from(scene.specs.resolution_m) } else { 0.0 };
+        let mut mechanism = Mechanism::at_rest(grip, meant_m(0), resolution_m, scene.delay_s);
         let mut force_n = Vec3::ZERO;
         let ticks = (0..ticks).map(|tick| {
             if meanwhile(&mut bench, tick) {
@@ -87,15 +98,26 @@ fn held(
     })
 }
 
+/// When the loop stands still, ticks.
+const STALLS: std::ops::Range<u16> = 600..650;
+
 /// Largest change of force in a tick, N, after the loop stood still for 50 ms while the device went 8 mm deeper, or while a hand went on at 20 mm/s.
 pub(super) fn stall(method: MethodKind) -> f64 {
-    const FROM: u16 = 600;
-    const UNTIL: u16 = FROM + 50;
-    let deeper_mm = |tick: u16| 0.02 * f32::from(tick.clamp(FROM, UNTIL) - FROM);
-    let hands = held(method, 1000, deeper_mm, |_, tick| (FROM..UNTIL).contains(&tick));
+    let goes_on = |tick: u16| 0.02 * f32::from(tick.clamp(STALLS.start, STALLS.end) - STALLS.start);
+    held_through_a_stall(method, goes_on).max(told_to_stall(method))
+}
+
+/// The same for a hand that means to go 8 mm deeper from its first tick on: it is thrown by the force that stands, and comes back from it at up to a
+/// third of a metre a second.
+pub(super) fn stall_while_a_hand_lunges(method: MethodKind) -> f64 {
+    held_through_a_stall(method, |tick| if tick < STALLS.start { 0.0 } else { 8.0 })
+}
+
+fn held_through_a_stall(method: MethodKind, deeper_mm: impl Fn(u16) -> f32) -> f64 {
+    let hands = held(method, Encoders::Exact, 1400, deeper_mm, |_, tick| STALLS.contains(&tick));
     let change = |pair: &[Vec3]| f64::from((pair[1] - pair[0]).length());
-    let after = hands.iter().flat_map(|forces_n| forces_n[usize::from(UNTIL) - 1..].windows(2).map(change));
-    after.fold(told_to_stall(method), f64::max)
+    let after = hands.iter().flat_map(|forces_n| forces_n[usize::from(STALLS.end) - 1..].windows(2).map(change));
+    after.fold(0.0, f64::max)
 }
 
 fn told_to_stall(method: MethodKind) -> f64 {
@@ -131,13 +153,13 @@ pub(super) fn faults(method: MethodKind) -> f64 {
 }
 
 /// Largest change of force within 20 ms, over 7 % of it or 0.1 N, when the clay under the tool is suddenly 0.5 mm lower.
-pub(super) fn correction(method: MethodKind) -> f64 {
-    corrected(method, -0.5e-3)
+pub(super) fn correction(method: MethodKind, encoders: Encoders) -> f64 {
+    corrected(method, encoders, -0.5e-3)
 }
 
 /// The same when it is 2 mm higher: somebody has undone what they pressed there.
-pub(super) fn undoing(method: MethodKind) -> f64 {
-    corrected(method, 2e-3)
+pub(super) fn undoing(method: MethodKind, encoders: Encoders) -> f64 {
+    corrected(method, encoders, 2e-3)
 }
 
 /// As the clay is now, but for its outer surface, which lies elsewhere.
@@ -154,7 +176,7 @@ fn moved(bench: &Bench, by_m: f32) -> Field {
 }
 
 /// For a device that is told to stay 3 mm deep, and for hands of every kind; the correction is heard 50 ms after the room has made it.
-fn corrected(method: MethodKind, by_m: f32) -> f64 {
+fn corrected(method: MethodKind, encoders: Encoders, by_m: f32) -> f64 {
     // long enough for the clay to have given way
     const MADE: u16 = 1500;
     const HEARD: u16 = MADE + 50;
@@ -180,7 +202,7 @@ fn corrected(method: MethodKind, by_m: f32) -> f64 {
         let (first, last) = (pair[0], pair[pair.len() - 1]);
         f64::from((last - first).length() / (0.07 * first.length()).max(0.1))
     };
-    let all = held(method, TICKS, |_| 0.0, correct).into_iter().chain([told]);
+    let all = held(method, encoders, TICKS, |_| 0.0, correct).into_iter().chain([told]);
     all.flat_map(|forces_n| forces_n[usize::from(MADE)..].windows(21).map(jolt).collect::<Vec<_>>()).fold(0.0, f64::max)
 }
 

@@ -5,6 +5,7 @@
 
 use pottery_shared::clay::MethodKind::{self, Improved, Original};
 
+use super::jolts::Encoders;
 use super::lines::Over;
 use super::mechanism::Grip;
 use super::{far, felt, guided, jolts, lines, resting, sides};
@@ -183,6 +184,15 @@ pub const SCENARIOS: &[Scenario] = &[
         measure: jolts::stall,
     },
     Scenario {
+        name: "the same while a hand means to go 8 mm deeper at once",
+        figure: "largest change of force in a tick after it",
+        unit: "N",
+        bound: Bound::AtMost(0.100_001),
+        reason: "the same for a hand that the standing force has thrown: what takes that energy back lets go little by little as well",
+        fails: PUBLISHED,
+        measure: jolts::stall_while_a_hand_lunges,
+    },
+    Scenario {
         name: "the device jumps, reports no number or is gone",
         figure: "ticks until there is no force",
         unit: "",
@@ -198,7 +208,7 @@ pub const SCENARIOS: &[Scenario] = &[
         bound: Bound::AtMost(1.0),
         reason: "less than a hand tells apart; where the published methods have a force left by then, a light hand's, it is lost at once",
         fails: PUBLISHED,
-        measure: jolts::correction,
+        measure: |method| jolts::correction(method, Encoders::Exact),
     },
     Scenario {
         name: "clay that somebody undoes comes back under the tool, 2 mm higher",
@@ -208,7 +218,25 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "as for any other correction, however far; in the published methods clay that stands so deep in the tool gives way \
                  in 20 ms by more",
         fails: PUBLISHED,
-        measure: jolts::undoing,
+        measure: |method| jolts::undoing(method, Encoders::Exact),
+    },
+    Scenario {
+        name: "the server lowers the clay so, in steps of 0.055 mm",
+        figure: "largest change of force in 20 ms over 7 % of it or 0.1 N",
+        unit: "",
+        bound: Bound::AtMost(1.0),
+        reason: "the same on the encoder of a PHANToM Omni, of which a step is 38 mN: it comes on top of what is let in of the correction",
+        fails: PUBLISHED,
+        measure: |method| jolts::correction(method, Encoders::Omni),
+    },
+    Scenario {
+        name: "the clay comes back so, in steps of 0.055 mm",
+        figure: "largest change of force in 20 ms over 7 % of it or 0.1 N",
+        unit: "",
+        bound: Bound::AtMost(1.0),
+        reason: "the same",
+        fails: PUBLISHED,
+        measure: |method| jolts::undoing(method, Encoders::Omni),
     },
     Scenario {
         name: "the tool is thrown through the pot at 4 m/s",
