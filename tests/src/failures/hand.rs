@@ -141,19 +141,34 @@ pub(super) fn through_the_axis(method: MethodKind) -> f64 {
     largest
 }
 
-/// Most elements that a step works at while the tool goes through the axis slowly and rests there, over those at the tool's heights all
-/// round the pot. A tool that comes faster, as in [`through_the_axis`], is taken in parts, up to three there.
-pub(super) fn work_at_the_axis(method: MethodKind) -> f64 {
-    let mut most = 0;
+/// Most elements that a step works at while the tool goes to the axis, rests on it and goes on, over those at the tool's heights all round the pot
+/// and for each part into which the step cuts its way; half a millimetre a tick, and `leap_mm` onto the axis and off it.
+pub(super) fn work_at_the_axis(method: MethodKind, leap_mm: f32) -> f64 {
+    const STEP_MM: f32 = 0.5;
+    const BEGIN_MM: f32 = 75.0;
+    let steps = ((BEGIN_MM - leap_mm) / STEP_MM) as u16;
+    let there = (0..=steps).rev().map(|step| leap_mm + STEP_MM * f32::from(step));
+    // ten ticks on the axis itself
+    let way = there.clone().chain([0.0; 11]).chain(there.rev().map(|distance_mm| -distance_mm));
+    let mut most = 0.0_f64;
+    let mut last_mm = BEGIN_MM;
     let mut scene = Scene::new(method, 180, 200);
-    // half a millimetre a tick, so that no step has more than one part, and ten ticks on the axis itself
-    for tick in 0..310_u16 {
-        let gone_mm = 0.5 * f32::from(tick.min(150) + tick.saturating_sub(160));
-        let contact = scene.press(scene.tool(12.0, around(75.0 - gone_mm, 0.3, 99.7)));
-        most = most.max(scene.worked_at().max(u64::from(contact.elements)));
+    for distance_mm in way {
+        let contact = scene.press(scene.tool(12.0, around(distance_mm, 0.3, 99.7)));
+        let way_mm = std::mem::replace(&mut last_mm, distance_mm) - distance_mm;
+        // the published methods know of no way
+        let parts = if method == MethodKind::Plastic { parts_of(way_mm, 12.0) } else { 1.0 };
+        let worked = scene.worked_at().max(u64::from(contact.elements)) as f64;
+        // 24 mm of 200, and a row for each end
+        most = most.max(worked / (parts * 180.0 * 26.0));
     }
-    // 24 mm of 200, and a row for each end
-    scene.unless_broken(most as f64 / (180.0 * 26.0))
+    scene.unless_broken(most)
+}
+
+/// Parts into which a sphere's way is cut, as `shared/src/clay/substep.rs` says it: `⌈d/√(8·s·R)⌉` with a ridge s of 15 µm, sixteen at most.
+fn parts_of(way_mm: f32, radius_mm: f32) -> f64 {
+    const RIDGE_MM: f32 = 0.015;
+    f64::from((way_mm / (8.0 * RIDGE_MM * radius_mm).sqrt()).ceil().clamp(1.0, Press::PARTS_MAX as f32))
 }
 
 /// Largest force on a tool that was in the air a tick before, over what clay bears on a smooth sphere that is wholly in

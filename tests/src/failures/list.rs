@@ -53,10 +53,28 @@ pub const SCENARIOS: &[Scenario] = &[
         figure: "most elements that a step works at over those at the tool's heights all round the pot",
         unit: "",
         bound: Bound::AtMost(4.0),
-        reason: "a rim ends at four radii of the contact, so that nothing farther above or below the tool is looked at; a step whose tool comes \
-                 farther is taken in parts, and works as much in each",
+        reason: "a rim ends at four radii of the contact, so that nothing farther above or below the tool is looked at",
         fails: NONE,
-        measure: hand::work_at_the_axis,
+        measure: |method| hand::work_at_the_axis(method, 0.5),
+    },
+    Scenario {
+        name: "the same with a leap of 2.5 mm onto the axis and off it",
+        figure: "most elements that a step works at, over those at the tool's heights all round the pot and over the parts of its way",
+        unit: "",
+        bound: Bound::AtMost(4.0),
+        reason: "the same in each part: a way is cut every √(8·s·R), 1.2 mm of a fingertip, so that no ridge s is higher than 15 µm, and three \
+                 parts of a step are three times the work",
+        fails: NONE,
+        measure: |method| hand::work_at_the_axis(method, 2.5),
+    },
+    Scenario {
+        name: "the same with a leap of 4.9 mm",
+        figure: "most elements that a step works at, over those at the tool's heights all round the pot and over the parts of its way",
+        unit: "",
+        bound: Bound::AtMost(4.0),
+        reason: "the same: farther than 5 mm in a tick no hand gets, so that no step of this tool has more than five parts; of any, sixteen",
+        fails: NONE,
+        measure: |method| hand::work_at_the_axis(method, 4.9),
     },
     Scenario {
         name: "a still hand pushes with 3 N",
