@@ -13,6 +13,7 @@ mod lines;
 mod list;
 mod mechanism;
 mod online;
+mod packets;
 mod plane;
 mod resting;
 mod sides;

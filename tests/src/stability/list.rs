@@ -8,6 +8,7 @@ use pottery_shared::clay::MethodKind::{self, Improved, Original};
 use super::jolts::Encoders;
 use super::lines::Over;
 use super::mechanism::Grip;
+use super::packets::{self, Odd};
 use super::{far, felt, guided, jolts, lines, resting, sides};
 use crate::failures::{Bound, Scenario};
 
@@ -381,6 +382,34 @@ pub const SCENARIOS: &[Scenario] = &[
         reason: "nothing that anybody pressed is lost",
         fails: NONE,
         measure: lines::lost,
+    },
+    Scenario {
+        name: "packets of two who press come cut short or too long as well, both ways",
+        figure: "of some 4000 those taken for whole ones, and pots that are not the room's to the bit in the end",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "a message ends where it ends; who sends half a one on the stream is let go, and comes back to all of the clay",
+        fails: NONE,
+        measure: |method| packets::fooled(method, Odd::Cut),
+    },
+    Scenario {
+        name: "a third beside the two sends more than a thousand changed ones, and noise",
+        figure: "pots that are not the room's to the bit in the end",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "what makes no sense is dropped, and what makes some is pressed for everybody alike",
+        fails: NONE,
+        measure: |method| packets::fooled(method, Odd::Stranger),
+    },
+    Scenario {
+        name: "one in five of what the room tells of its clay comes changed, or as noise",
+        figure: "pots that are not the room's to the bit in the end",
+        unit: "",
+        bound: Bound::AtMost(0.0),
+        reason: "bytes that are no snapshot, or of another digest, are found and all that differs comes anew; no line does that, since QUIC lets \
+                 nobody change a packet: only a room with a fault",
+        fails: NONE,
+        measure: |method| packets::fooled(method, Odd::Changed),
     },
     Scenario {
         name: "a teacher guides a hand through 100 ms there and back, 40 ms of jitter and 5 % of loss",
