@@ -118,8 +118,17 @@ impl Display {
     /// When it does not start.
     #[must_use]
     pub fn studio_with_controls(&self, arguments: &[&str]) -> (Child, Controls<'_>) {
+        self.studio_with_controls_in(arguments, &[])
+    }
+
+    /// The same with variables of its environment.
+    ///
+    /// # Panics
+    /// When it does not start.
+    #[must_use]
+    pub fn studio_with_controls_in(&self, arguments: &[&str], variables: &[(&str, &str)]) -> (Child, Controls<'_>) {
         let filter = "warn,winit=error,pulseaudio=off,pottery_studio::window::overlay=trace";
-        let mut studio = self.studio_that_logs(arguments, filter, &[]);
+        let mut studio = self.studio_that_logs(arguments, filter, variables);
         let said = Arc::new(Mutex::new(Vec::new()));
         let (log, heard) = (studio.stderr.take().expect("its errors were asked for"), Arc::clone(&said));
         thread::spawn(move || {

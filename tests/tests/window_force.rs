@@ -1,4 +1,4 @@
-//! What a window shows of the force: bar, device, rates and how it is felt; the key that ends it, and the key for the sound.
+//! What a window shows of the force: bar, device, rates and how it is felt; and the key that ends it.
 //!
 //! A real window on a virtual display; a simulated hand that presses, or a mouse that rests.
 
