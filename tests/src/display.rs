@@ -72,6 +72,23 @@ impl Display {
         self.settings.join("pottery-studio").join("preferences.toml")
     }
 
+    /// For `--device`: a simulated hand that presses, up and down the clay, for ten minutes; the studio's own rests after nine seconds.
+    ///
+    /// # Panics
+    /// When its stroke cannot be written.
+    #[must_use]
+    pub fn hand_that_goes_on(&self) -> String {
+        let mut stroke = "t_s,x_mm,y_mm,z_mm\n0,80,0,100\n1,64,0,100\n".to_owned();
+        for way in 1..120 {
+            // 8 mm behind the wall, for 2.4 N
+            stroke += &format!("{},64,0,{}\n", 1 + 5 * way, if way % 2 == 0 { 90 } else { 110 });
+        }
+        fs::create_dir_all(&self.settings).expect("a new folder can be made");
+        let path = self.settings.join("stroke.csv");
+        fs::write(&path, stroke).expect("a new folder can be written");
+        format!("simulated:file={}", path.display())
+    }
+
     /// Runs a program on the display; what it says.
     ///
     /// # Panics

@@ -28,8 +28,9 @@ fn force_n(controls: &Controls<'_>) -> Option<f32> {
 #[test]
 fn the_force_of_a_hand_is_shown_and_ends_with_one_key_while_the_session_goes_on() {
     let display = Display::new();
+    let device = display.hand_that_goes_on();
     let (mut studio, controls) =
-        display.studio_with_controls(&["--listen", "127.0.0.1:0", "--mute", "--device", "simulated"]);
+        display.studio_with_controls(&["--listen", "127.0.0.1:0", "--mute", "--device", &device]);
     let key = |name: &str| display.run("xdotool", &["key", name]);
     let presses = || force_n(&controls).is_some_and(|force_n| force_n > 0.3);
     let deadline = Instant::now() + PATIENCE;

@@ -67,7 +67,8 @@ fn clay_is_heard_in_a_window_until_a_key_silences_it_and_again_with_the_same_key
     let path = out.join("native");
     let server = PulseTwin::listen(&path, Trouble::None);
     let at = format!("unix:{}", path.display());
-    let arguments = ["--listen", "127.0.0.1:0", "--device", "simulated"];
+    let device = display.hand_that_goes_on();
+    let arguments = ["--listen", "127.0.0.1:0", "--device", &device];
     let (studio, controls) = display.studio_with_controls_in(&arguments, &[("PULSE_SERVER", &at)]);
     turn_the_wheel(&display, &controls);
     is_heard(&server, &controls);
@@ -88,7 +89,8 @@ fn a_window_with_the_flag_is_silent_from_the_beginning_until_the_key_lets_it_be_
     let path = out.join("native");
     let server = PulseTwin::listen(&path, Trouble::None);
     let at = format!("unix:{}", path.display());
-    let arguments = ["--listen", "127.0.0.1:0", "--device", "simulated", "--mute"];
+    let device = display.hand_that_goes_on();
+    let arguments = ["--listen", "127.0.0.1:0", "--device", &device, "--mute"];
     let (studio, controls) = display.studio_with_controls_in(&arguments, &[("PULSE_SERVER", &at)]);
     until("nothing is pressed", &controls, || {
         assert!(server.loudest().is_none_or(|loudest| loudest == 0.0), "it is heard before anybody said so");
