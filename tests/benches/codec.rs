@@ -1,7 +1,7 @@
 //! What the clay of one wheel costs on its way: a snapshot's change, what was pressed, and a keyframe, written and read.
 //!
 //! Measures, asserts nothing. Run it with `cargo bench -p pottery-tests --bench codec`. One hand that never rests, for ten seconds at
-//! 60 rpm; each snapshot is written and read in turn, and rounded by a second author that tells nobody, so that what the
+//! 60 rpm, as deep as a hand of 3.3 N comes and then deeper, at the depths of `tests/tests/payload.rs`; each snapshot is written and read in turn, and rounded by a second author that tells nobody, so that what the
 //! codec takes is told apart from what the clay takes.
 
 use std::time::Instant;
@@ -49,16 +49,26 @@ fn us(begun: Instant) -> f64 {
     begun.elapsed().as_secs_f64() * 1e6
 }
 
-/// A hand that strokes up and down.
-fn hand(tick: u64) -> Option<ToolSample> {
+/// A hand that strokes up and down, 1.5 mm deeper at one time than at another.
+fn hand(tick: u64, depth_mm: f32) -> Option<ToolSample> {
     let time = tick as f32 * 1e-3;
-    let distance = 0.0695 - 0.0015 * (time * 2.0).sin().abs();
+    let distance = 0.0735 - depth_mm * 1e-3 - 0.0015 * (time * 2.0).sin().abs();
     let centre = Position::nearest(Vec3::new(distance, 0.0, 0.1 + 0.04 * time.sin()))?;
     let (tool, orientation) = (Tool::default(), Orientation::default());
     Some(ToolSample { tick: Tick(tick), tool, orientation, centre, side: Side::Outside })
 }
 
 fn main() -> Result<(), Fault> {
+    for (depth_mm, name) in [(2.5, "as deep as hands press"), (4.0, "deep")] {
+        println!("one tool, {name}: {depth_mm} mm at the most");
+        strokes(depth_mm)?;
+    }
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    println!("load averages at the end: {}", load.trim());
+    Ok(())
+}
+
+fn strokes(depth_mm: f32) -> Result<(), Fault> {
     let method = MethodKind::default();
     let spec = PotSpec { keeps_volume: method.keeps_volume(), ..PotSpec::default() };
     let mut pot = Pot::new(spec)?;
@@ -77,10 +87,12 @@ fn main() -> Result<(), Fault> {
     let mut writing = Figures::new("writing it, without rounding", "µs");
     let mut codec = Figures::new("writing and reading, without rounding", "µs");
     let mut bytes = Figures::new("bytes of it", "B");
+    let mut changed = Figures::new("elements that changed", "");
+    let mut held = vec![Vec::new(); pot.surfaces().len()];
     let mut told = Figures::new("writing and reading what was pressed", "µs");
     let mut told_bytes = Figures::new("bytes of that", "B");
     for tick in 1..=TICKS {
-        let sample = hand(tick).ok_or("a place out of reach")?;
+        let sample = hand(tick, depth_mm).ok_or("a place out of reach")?;
         let press = conditions.press(&sample, before.as_ref());
         step.advance(&mut pot, &[press], method, |surface, window| touched.add_window(surface, window));
         transcript.add([Pressed { client: 0, sample, before }]);
@@ -100,6 +112,7 @@ fn main() -> Result<(), Fault> {
         replica.apply_delta(delta.version, &delta.bytes, &mut news)?;
         let reading_us = us(begun);
         news.clear();
+        changed.values.push(differing(replica.pot(), &mut held) as f64);
         let begun = Instant::now();
         let words = transcript.encode(since);
         let heard = Transcript::decode(&words, since).ok_or("no transcript")?;
@@ -117,14 +130,24 @@ fn main() -> Result<(), Fault> {
         bytes.values.push(delta.bytes.len() as f64);
         told_bytes.values.push(words.len() as f64);
     }
-    let clay = [&mut rounded, &mut written, &mut writing, &mut read, &mut codec, &mut bytes];
+    let clay = [&mut rounded, &mut written, &mut writing, &mut read, &mut codec, &mut bytes, &mut changed];
     for figures in clay.into_iter().chain([&mut told, &mut told_bytes]) {
         figures.tell();
     }
-    keyframes(&author, spec)?;
-    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    println!("load averages at the end: {}", load.trim());
-    Ok(())
+    keyframes(&author, spec)
+}
+
+/// Elements that are not what they were, which are then as they are.
+fn differing(pot: &Pot, held: &mut [Vec<f32>]) -> usize {
+    let mut count = 0;
+    for (surface, held) in pot.surfaces().iter().zip(held) {
+        held.resize(surface.radii_m().len(), 0.0);
+        for (is, was) in surface.radii_m().iter().zip(held.iter_mut()) {
+            count += usize::from(is.to_bits() != was.to_bits());
+            *was = *is;
+        }
+    }
+    count
 }
 
 /// The whole pot for who joins, with what deltas build upon.

@@ -2,7 +2,7 @@
 //!
 //! Owns what is asked of a run ([`plan`]), when each input is due ([`schedule`]), the people ([`hand`], [`follower`],
 //! [`person`]), the server's process ([`host`]), the machine ([`bystander`], [`cores`]), what is counted ([`figures`]) and what is made of it ([`result`](mod@result),
-//! [`threshold`], [`page`]); [`run`](mod@run) goes through it, [`knee`] and [`soak`] go through many.
+//! [`threshold`], [`page`]); [`run`](mod@run) goes through it, [`knee`], [`law`] and [`soak`] go through many.
 //! Invariant: a latency runs from the moment at which its input was due, however late the generator or the server is.
 
 pub mod bystander;
@@ -12,6 +12,7 @@ pub mod follower;
 pub mod hand;
 pub mod host;
 pub mod knee;
+pub mod law;
 pub mod page;
 pub mod person;
 pub mod plan;

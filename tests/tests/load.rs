@@ -16,6 +16,7 @@ use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::Host;
 use pottery_tests::load::knee::Climb;
+use pottery_tests::load::law::Law;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
 use pottery_tests::load::soak;
@@ -255,6 +256,37 @@ fn climb_ends_at_the_load_that_breaks_a_threshold_and_draws_it() {
     assert_eq!(loads, [(2, Verdict::Pass), (4, Verdict::Breach)]);
     assert_eq!((climb.knee, climb.broke.map(|(people, _)| people)), (Some(2), Some(4)));
     assert!(std::fs::read_to_string(&html).unwrap().contains(">knee<"));
+}
+
+#[test]
+fn law_is_fitted_to_loads_of_its_own_and_says_what_each_costs() {
+    let folder = folder("load-law");
+    let (json, html) = (folder.join("law.json"), folder.join("law.html"));
+    let mut arguments = vec!["law", "--spawn", "--turns", "1", "--most", "8", "--ramp", "0.2", "--warmup", "0.3"];
+    arguments.extend([
+        "--duration",
+        "1",
+        "--quiet",
+        "--json",
+        json.to_str().unwrap(),
+        "--html",
+        html.to_str().unwrap(),
+    ]);
+    arguments.extend(PATIENT);
+    let refused = output(&[&arguments[..], &["--potters", "3"]].concat());
+    assert_eq!(refused.status.code(), Some(1), "{}", told(&refused));
+    assert!(told(&refused).contains("leave --potters out"), "{}", told(&refused));
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let law: Law = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!((law.loads.len(), law.held()), (12, 12), "{}", told(&done));
+    // what comes down to each is the one cost that a busy machine does not change much
+    let [.., full, spectator, gallery] = law.fits[2].each;
+    assert!(full > 0.0 && spectator > 0.0 && gallery > 0.0 && gallery < spectator, "{}", told(&done));
+    assert!(law.fits.iter().all(|fit| fit.residual.is_finite() && fit.error.iter().all(|error| error.is_finite())));
+    assert!(told(&done).contains("12 of 12 loads are in the law"), "{}", told(&done));
+    let page = std::fs::read_to_string(&html).unwrap();
+    assert!(page.contains("by the law") && page.contains("</html>"));
 }
 
 #[test]

@@ -6,6 +6,7 @@
 use std::fmt::Write;
 
 use super::knee::{Climb, Step};
+use super::law::Law;
 use super::result::{RunResult, Second};
 use super::threshold::WITH_QUANTILES;
 
@@ -227,6 +228,35 @@ pub fn of_climb(climb: &Climb) -> String {
         escaped(&climb.table())
     );
     page("Where it breaks", &body)
+}
+
+/// The page of a law.
+#[must_use]
+pub fn of_law(law: &Law) -> String {
+    let of = |cost: usize| {
+        let mut points: Vec<_> =
+            law.loads.iter().map(|load| (law.fits[cost].of_load(&load.counts), load.costs[cost])).collect();
+        points.sort_by(|left, right| left.0.total_cmp(&right.0));
+        points
+    };
+    let against = |name, cost| {
+        let told = of(cost).iter().map(|&(told, _)| (told, told)).collect();
+        chart(
+            name,
+            "by the law",
+            &[Line { name: "measured", points: of(cost) }, Line { name: "by the law", points: told }],
+            &[],
+        )
+    };
+    let body = format!(
+        "<h1>What each costs</h1>{}<p>{}</p>{}{}<pre>{}</pre>",
+        law.first.as_ref().map(about).unwrap_or_default(),
+        escaped(&law.sentence()),
+        against("Processor of the server, % of a core", 0),
+        against("Memory of the server, MB", 1),
+        escaped(&law.table())
+    );
+    page("What each costs", &body)
 }
 
 #[cfg(test)]

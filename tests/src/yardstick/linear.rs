@@ -4,7 +4,7 @@
 //! Invariant: a factor that exists belongs to a positive definite matrix.
 
 /// Cholesky factor of a symmetric positive definite matrix: `[size][half_width + 1]`, a row's last figure on the diagonal.
-pub(super) struct Cholesky {
+pub(crate) struct Cholesky {
     size: usize,
     half_width: usize,
     factor: Vec<f64>,
@@ -26,7 +26,7 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
 impl Cholesky {
     /// Factor of the matrix whose entries (row ≥ column ≥ row − `half_width`) are given; `None` unless it is positive
     /// definite.
-    pub(super) fn new(size: usize, half_width: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
+    pub(crate) fn new(size: usize, half_width: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let width = half_width + 1;
         let mut factor = vec![0.0; size * width];
         for row in 0..size {
@@ -59,7 +59,7 @@ impl Cholesky {
     ///
     /// # Panics
     /// When its length is not the matrix's.
-    pub(super) fn solve(&self, values: &mut [f64]) {
+    pub(crate) fn solve(&self, values: &mut [f64]) {
         assert_eq!(values.len(), self.size);
         let (half_width, width) = (self.half_width, self.half_width + 1);
         let row_of = |row: usize| {

@@ -12,6 +12,7 @@ use pottery_shared::protocol::JoinCode;
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::server_program;
 use pottery_tests::load::knee::{Raises, Way};
+use pottery_tests::load::law;
 use pottery_tests::load::plan::{Plan, Sight};
 use pottery_tests::load::run::{Against, Options};
 use pottery_tests::load::schedule::Punctuality;
@@ -29,6 +30,8 @@ Examples:
       a server that runs already
   load-test knee --spawn --potters 1 --sight full --raise spectators --from 100 --to 2000 --threshold 'delta_age_ms:p99<20'
       how many subscribers there may be
+  load-test law --spawn --server-cores 1
+      what a wheel, a potter and whoever looks on cost this machine
   load-test soak --spawn --scenario soak --duration 600
       whether memory grows and ticks come late
 
@@ -56,6 +59,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Raise the load until a threshold breaks, and draw it
     Knee(KneeFlags),
+    /// Go through twelve loads, and say what each wheel, potter and looker-on costs the server
+    Law(LawFlags),
     /// Go on for long, and look whether the server's memory grows
     Soak(SoakFlags),
 }
@@ -164,6 +169,18 @@ pub(crate) struct KneeFlags {
 }
 
 #[derive(Clone, Debug, Args)]
+pub(crate) struct LawFlags {
+    #[command(flatten)]
+    pub(crate) run: RunFlags,
+    /// Times that every load is gone through
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=100))]
+    turns: u32,
+    /// Most people who look on
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(4..=4000))]
+    most: u32,
+}
+
+#[derive(Clone, Debug, Args)]
 pub(crate) struct SoakFlags {
     #[command(flatten)]
     pub(crate) run: RunFlags,
@@ -245,6 +262,41 @@ impl KneeFlags {
     pub(crate) fn way(&self) -> Way {
         let factor = if self.factor > 1.0 { self.factor } else { 1.5 };
         Way { raises: self.raise, from: self.from.max(1), to: self.to, factor, halvings: self.halvings }
+    }
+}
+
+impl LawFlags {
+    /// How long each load takes, and nothing else: who comes is what the law is about.
+    pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
+        let run = &self.run;
+        let of_its_own = [
+            ("--scenario", run.scenario.is_some()),
+            ("--wheels", run.wheels.is_some()),
+            ("--used-wheels", run.used_wheels.is_some()),
+            ("--potters", run.potters.is_some()),
+            ("--spectators", run.spectators.is_some()),
+            ("--sight", run.sight.is_some()),
+            ("--full-potters", run.full_potters.is_some()),
+            ("--strangers", run.strangers.is_some()),
+            ("--threshold", !run.threshold.is_empty()),
+            ("--server", run.server.is_some()),
+        ];
+        if let Some((flag, _)) = of_its_own.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(format!("the law chooses its own loads, and starts its own server: leave {flag} out").into());
+        }
+        let plan = Plan {
+            full_potters: 0,
+            ramp_s: run.ramp.unwrap_or(4.0),
+            warmup_s: run.warmup.unwrap_or(2.0),
+            duration_s: run.duration.unwrap_or(7.0),
+            seed: run.seed.unwrap_or(1),
+            ..Plan::default()
+        };
+        Ok(plan.checked()?)
+    }
+
+    pub(crate) const fn way(&self) -> law::Way {
+        law::Way { turns: self.turns, most: self.most }
     }
 }
 

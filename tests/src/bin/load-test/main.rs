@@ -11,9 +11,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use pottery_client::whole_file::write_whole;
 use pottery_tests::load::result::{RunResult, Verdict};
-use pottery_tests::load::{knee, page, run, soak};
+use pottery_tests::load::{knee, law, page, run, soak};
 
-use flags::{Arguments, Command, KneeFlags, RunFlags, SoakFlags};
+use flags::{Arguments, Command, KneeFlags, LawFlags, RunFlags, SoakFlags};
 
 /// Exit code of a run that could not take place.
 const ERROR: u8 = 1;
@@ -23,6 +23,7 @@ fn main() -> ExitCode {
     let done = match &arguments.command {
         None => once(&arguments.run),
         Some(Command::Knee(flags)) => climb(flags),
+        Some(Command::Law(flags)) => fit(flags),
         Some(Command::Soak(flags)) => go_on(flags),
     };
     match done {
@@ -75,6 +76,15 @@ fn climb(flags: &KneeFlags) -> Done {
     write(flags.run.json.as_deref(), &serde_json::to_string_pretty(&climb)?)?;
     write(flags.run.html.as_deref(), &page::of_climb(&climb))?;
     Ok(if climb.knee.is_some() { 0 } else { Verdict::Breach.code() })
+}
+
+fn fit(flags: &LawFlags) -> Done {
+    let law = law::fitted(&flags.plan()?, flags.way(), &flags.run.options()?)?;
+    print!("{}", law.table());
+    println!("{}", law.sentence());
+    write(flags.run.json.as_deref(), &serde_json::to_string_pretty(&law)?)?;
+    write(flags.run.html.as_deref(), &page::of_law(&law))?;
+    Ok(0)
 }
 
 fn go_on(flags: &SoakFlags) -> Done {
