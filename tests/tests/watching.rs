@@ -21,6 +21,9 @@ use pottery_tests::dice::Dice;
 const CODE: &str = "CLAY";
 /// Enough for everything.
 const PLENTY: u32 = 10_000_000;
+/// As deep as a hand with 3.3 N comes, and what it is measured with that is deeper, mm.
+const HANDS_MM: f32 = 2.5;
+const DEEP_MM: f32 = 4.0;
 
 #[derive(Debug)]
 struct Looker {
@@ -47,8 +50,9 @@ struct World {
     dice: Dice,
     delay_ms: u64,
     loss: f64,
-    /// What everybody holds.
+    /// What everybody holds, and how deep it comes at the most.
     tool: Tool,
+    depth_mm: f32,
 }
 
 impl World {
@@ -77,6 +81,7 @@ impl World {
             delay_ms,
             loss,
             tool: Tool::default(),
+            depth_mm: DEEP_MM,
         };
         for wheel in 1..=wheels {
             let peer = PeerId(u64::from(wheel));
@@ -156,7 +161,7 @@ impl World {
     fn step(&mut self, now: u64, is_pressing: bool) {
         let time = Duration::from_millis(now);
         for (&PeerId(number), potter) in &mut self.potters {
-            if is_pressing && let Some(centre) = hand(number, now) {
+            if is_pressing && let Some(centre) = hand(number, now, self.depth_mm) {
                 let tick = Tick(0).offset(now as i64 + potter.tick_offset());
                 let (tool, orientation) = (self.tool, Orientation::default());
                 potter.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
@@ -205,11 +210,12 @@ fn bare(framed: &[u8]) -> Vec<u8> {
     reader.next_frame().unwrap().unwrap()
 }
 
-/// A hand that strokes up and down, at each wheel another way, and trembles a twentieth of a millimetre nine times a second.
-fn hand(number: u64, now: u64) -> Option<Position> {
+/// A hand that strokes up and down, at each wheel another way, 1.5 mm deeper at one time than at another, and trembles a twentieth of a
+/// millimetre nine times a second.
+fn hand(number: u64, now: u64, depth_mm: f32) -> Option<Position> {
     let time = now as f32 * 1e-3;
     let tremor = 5e-5 * Vec3::new((57.0 * time).sin(), (61.0 * time).cos(), (53.0 * time).sin());
-    let distance = 0.0695 - 0.0015 * (time * 2.0 + number as f32).sin().abs();
+    let distance = 0.0735 - depth_mm * 1e-3 - 0.0015 * (time * 2.0 + number as f32).sin().abs();
     Position::nearest(Vec3::new(distance, 0.0, 0.1 + 0.04 * (time + number as f32).sin()) + tremor)
 }
 
@@ -391,9 +397,10 @@ fn a_budget_is_kept_and_starves_no_wheel() {
     }
 }
 
-/// Payload of a detail for one tool that never rests, kbit/s, and of its keyframe after four seconds, B.
-fn kbit_per_s(detail: Detail, method: MethodKind) -> (f64, u64) {
+/// Payload of a detail for one tool that never rests and comes so deep, kbit/s, and of its keyframe after four seconds, B.
+fn kbit_per_s(detail: Detail, method: MethodKind, depth_mm: f32) -> (f64, u64) {
     let mut world = World::of(method, 1, 5, 0.0);
+    world.depth_mm = depth_mm;
     let peer = world.look_on(0, PLENTY);
     let mut begun = 0;
     for now in 1..=4100 {
@@ -415,27 +422,31 @@ fn kbit_per_s(detail: Detail, method: MethodKind) -> (f64, u64) {
     (bytes as f64 * 8.0 / 3000.0, world.lookers[&late].keyframe_bytes)
 }
 
-/// Most kbit/s of payload for one tool. Who looks on closely may take 65, whatever the clay; so may deltas of the improved method.
-/// Of the studio's own clay more changes, since a rim rises beside the tool, and deltas are what is fallen back to: measured, and an
-/// eighth more.
-const GATES: [(Detail, MethodKind, f64); 6] = [
-    (Detail::Retold, MethodKind::Improved, 65.0),
-    (Detail::Retold, MethodKind::Plastic, 65.0),
-    (Detail::Spectator, MethodKind::Improved, 65.0),
-    (Detail::Spectator, MethodKind::Plastic, 114.0),
-    (Detail::Gallery, MethodKind::Improved, 4.5),
-    (Detail::Gallery, MethodKind::Plastic, 5.4),
+/// Most kbit/s of payload for one tool: who looks on closely may take 65, whatever the clay and the way of telling, as deep as hands press.
+/// Deeper, of the studio's own clay more changes, since a rim rises beside the tool, and deltas are what is fallen back to: measured,
+/// and an eighth more.
+const GATES: [(Detail, MethodKind, f32, f64); 9] = [
+    (Detail::Retold, MethodKind::Plastic, HANDS_MM, 65.0),
+    (Detail::Spectator, MethodKind::Plastic, HANDS_MM, 65.0),
+    (Detail::Gallery, MethodKind::Plastic, HANDS_MM, 5.4),
+    (Detail::Retold, MethodKind::Improved, DEEP_MM, 65.0),
+    (Detail::Retold, MethodKind::Plastic, DEEP_MM, 65.0),
+    (Detail::Spectator, MethodKind::Improved, DEEP_MM, 65.0),
+    (Detail::Spectator, MethodKind::Plastic, DEEP_MM, 110.0),
+    (Detail::Gallery, MethodKind::Improved, DEEP_MM, 4.5),
+    (Detail::Gallery, MethodKind::Plastic, DEEP_MM, 5.4),
 ];
 
 #[test]
 fn looking_on_costs_little() {
     let mut broken = Vec::new();
-    for (detail, method, most_kbit_per_s) in GATES {
-        let (kbit_per_s, keyframe_bytes) = kbit_per_s(detail, method);
-        println!("{detail:?}, {method:?}: {kbit_per_s:.1} kbit/s for one tool, keyframe {keyframe_bytes} B");
+    for (detail, method, depth_mm, most_kbit_per_s) in GATES {
+        let (kbit_per_s, keyframe_bytes) = kbit_per_s(detail, method, depth_mm);
+        let what = format!("{detail:?}, {method:?}, {depth_mm} mm deep: {kbit_per_s:.1} kbit/s for one tool");
+        println!("{what}, keyframe {keyframe_bytes} B");
         assert!(keyframe_bytes > 0);
         if kbit_per_s > most_kbit_per_s {
-            broken.push(format!("{detail:?}, {method:?}: {kbit_per_s:.1} kbit/s, allowed {most_kbit_per_s}"));
+            broken.push(format!("{what}, allowed {most_kbit_per_s}"));
         }
     }
     assert!(broken.is_empty(), "{broken:#?}");
