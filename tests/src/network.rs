@@ -34,6 +34,8 @@ struct Wires {
     inboxes: BTreeMap<SocketAddr, Inbox>,
     /// Line of a client to the middle of the network, up and down; who has none is in the middle.
     lines: BTreeMap<SocketAddr, (Line, Line)>,
+    /// Under which address others see a socket, when it is not its own.
+    seen_as: BTreeMap<SocketAddr, SocketAddr>,
 }
 
 #[derive(Debug, Default)]
@@ -60,6 +62,7 @@ impl Network {
             sent: 0,
             inboxes: BTreeMap::new(),
             lines: BTreeMap::new(),
+            seen_as: BTreeMap::new(),
         })))
     }
 
@@ -86,6 +89,12 @@ impl Network {
             up.cut(is_cut);
             down.cut(is_cut);
         }
+    }
+
+    /// From now on others see the socket at `address` under another, `seen_as`, and find it there alone: what a router does that has
+    /// forgotten a connection, or a phone that leaves one network for the next.
+    pub fn readdress(&self, address: SocketAddr, seen_as: SocketAddr) {
+        self.wires().seen_as.insert(address, seen_as);
     }
 
     /// What happened on all lines, up and down.
@@ -126,10 +135,18 @@ impl Network {
 }
 
 impl Wires {
+    /// The socket that is found at an address; nobody is at one that was left.
+    fn behind(&self, address: SocketAddr) -> Option<SocketAddr> {
+        let moved = self.seen_as.iter().find(|(_, seen_as)| **seen_as == address);
+        moved.map(|(own, _)| *own).or_else(|| (!self.seen_as.contains_key(&address)).then_some(address))
+    }
+
     fn post(&mut self, from: SocketAddr, to: SocketAddr, bytes: &[u8]) {
-        if bytes.len() > self.mtu_bytes || !self.inboxes.contains_key(&to) {
+        let Some(to) = self.behind(to).filter(|to| bytes.len() <= self.mtu_bytes && self.inboxes.contains_key(to))
+        else {
             return;
-        }
+        };
+        let seen_as = self.seen_as.get(&from).copied().unwrap_or(from);
         let now = self.began.elapsed();
         let in_the_middle: Vec<_> = match self.lines.get_mut(&from) {
             Some((up, _)) => up.carry(now, bytes.len()).collect(),
@@ -143,7 +160,9 @@ impl Wires {
             for arrival in arrivals {
                 self.sent += 1;
                 let Some(inbox) = self.inboxes.get_mut(&to) else { continue };
-                inbox.packets.insert((self.began + arrival, self.sent), Packet { from, bytes: bytes.to_vec() });
+                inbox
+                    .packets
+                    .insert((self.began + arrival, self.sent), Packet { from: seen_as, bytes: bytes.to_vec() });
                 if let Some(waker) = inbox.waker.take() {
                     waker.wake();
                 }

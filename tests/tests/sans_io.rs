@@ -67,6 +67,8 @@ struct World {
     up_bytes: u64,
     /// What a person holds at a time, and how.
     held: fn(u64, u64) -> (Tool, Orientation),
+    /// What a person's own clock says at a time of the room's, ms.
+    clock: fn(u64, u64) -> u64,
     /// When no datagram reaches a client, and of every so many milliseconds how many in which none reaches the room.
     deaf_ms: std::ops::Range<u64>,
     mute_ms: (u64, u64),
@@ -114,6 +116,7 @@ impl World {
             down_bytes: 0,
             up_bytes: 0,
             held: |_, _| (Tool::default(), Orientation::default()),
+            clock: |_, now| now,
             deaf_ms: 0..0,
             mute_ms: (1, 0),
             latest: 0,
@@ -146,7 +149,6 @@ impl World {
     }
 
     fn step(&mut self, now: u64, hand: impl Fn(u64, u64) -> Option<Vec3>) {
-        let time = Duration::from_millis(now);
         self.room.advance(Tick(now));
         while let Some(transmit) = self.room.poll_transmit() {
             let to = transmit.to;
@@ -173,13 +175,17 @@ impl World {
                 break;
             }
             let parcel = entry.remove();
-            self.deliver(parcel, now, time);
+            self.deliver(parcel, now);
         }
         let peers: Vec<_> = self.clients.keys().copied().collect();
         for peer in peers {
             let Some((Some(client), _)) = self.clients.get_mut(&peer) else { continue };
-            let tick = Tick(0).offset(now as i64 + client.tick_offset());
-            if let Some(point) = hand(peer.0, now) {
+            let clock = |now| (self.clock)(peer.0, now);
+            let time = Duration::from_millis(clock(now));
+            // a clock that is fast makes two ticks of one now and then, a slow one none
+            for local in clock(now.saturating_sub(1)) + 1..=clock(now) {
+                let tick = Tick(0).offset(local as i64 + client.tick_offset());
+                let Some(point) = hand(peer.0, now) else { continue };
                 let centre = Position::nearest(point).unwrap();
                 let (tool, orientation) = (self.held)(peer.0, now);
                 client.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
@@ -208,7 +214,9 @@ impl World {
         }
     }
 
-    fn deliver(&mut self, parcel: Parcel, now: u64, time: Duration) {
+    fn deliver(&mut self, parcel: Parcel, now: u64) {
+        let local = |peer: PeerId| (self.clock)(peer.0, now);
+        let time = |peer| Duration::from_millis(local(peer));
         match parcel {
             Parcel::ToServer(peer, bytes) => self.room.handle_datagram(peer, &bytes),
             Parcel::ControlToServer(peer, bytes) => {
@@ -224,19 +232,19 @@ impl World {
                         Some(client) => client.handle_control(&frame).unwrap(),
                         None => {
                             let round_trip = Duration::from_millis(2 * self.wire.delay_ms + self.wire.jitter_ms);
-                            *client = Some(Client::open(&frame, now, round_trip).unwrap());
+                            *client = Some(Client::open(&frame, local(peer), round_trip).unwrap());
                         }
                     }
                 }
             }
             Parcel::ToClient(peer, bytes) => {
                 if let Some((Some(client), _)) = self.clients.get_mut(&peer) {
-                    assert!(client.handle_datagram(&bytes, time));
+                    assert!(client.handle_datagram(&bytes, time(peer)));
                 }
             }
             Parcel::KeyframeToClient(peer, bytes) => {
                 if let Some((Some(client), _)) = self.clients.get_mut(&peer) {
-                    assert!(client.handle_keyframe(&bytes, time));
+                    assert!(client.handle_keyframe(&bytes, time(peer)));
                 }
             }
         }
@@ -297,6 +305,34 @@ fn everybody_holds_the_same_clay_after_loss_reorder_and_duplication() {
         let pressed_mm3 = world.room.pot(0).unwrap().pressed_m3() * 1e9;
         assert!(pressed_mm3 > 5_000.0, "seed {seed}: {pressed_mm3} mm³");
         println!("seed {seed}: pressed {pressed_mm3:.0} mm³, down {} B, up {} B", world.down_bytes, world.up_bytes);
+    }
+}
+
+#[test]
+fn clocks_that_are_fast_or_slow_or_elsewhere_end_with_the_same_clay() {
+    for (seed, method) in [(0, MethodKind::Plastic), (1, MethodKind::Improved)] {
+        let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 5, duplicate_percent: 2 };
+        let mut world = World::of(method, 3, wire, seed);
+        // ten times as far off as quartz: 25 ms in the end, more than a sample has to spare; and hours from the room's own time
+        world.clock = |person, now| match person {
+            0 => now + now / 1_000,
+            1 => 9_876_543 + now - now / 1_000,
+            _ => 1_234 + now,
+        };
+        for now in 0..26_500 {
+            // strokes, so that there is quiet between for a lead to go back in
+            world.step(now, |person, now| hand(person, now % 5_000).filter(|_| now < 24_000));
+        }
+        world.assert_settled(seed);
+        let counts = world.room.counts();
+        assert_eq!(counts.refusals.total(), 0, "seed {seed}: {counts:?}");
+        let offsets: Vec<_> =
+            world.clients.values().map(|(client, _)| client.as_ref().unwrap().tick_offset()).collect();
+        println!("seed {seed}, {method:?}: offsets {offsets:?} ms, samples up to {} ms late", -world.latest);
+        // the room's time less the own clock's at the end, and a lead of no more than two ways and what is said again
+        for (offset, less) in offsets.into_iter().zip([-26, -9_876_517, -1_234]) {
+            assert!((0..=2 * 50 + 150).contains(&(offset - less)), "seed {seed}: {offset} ms");
+        }
     }
 }
 

@@ -396,8 +396,8 @@ fn a_client_that_falls_silent_in_mid_stroke_disturbs_nobody_and_is_let_go() {
         let settled_after = studio.settle(&people, ms(500)).await;
         let standing = studio.standing().await;
         let after = Studio::pressed_mm3(&standing);
-        assert_eq!(standing.people, 3);
-        assert!(after > before + 1_000.0, "{before} mm³, then {after} mm³");
+        assert_eq!(standing.people, 3, "seed 21");
+        assert!(after > before + 1_000.0, "seed 21: {before} mm³, then {after} mm³");
         while studio.standing().await.people > 2 {
             assert!(cut_at.elapsed() < ms(11_000), "seed 21: the silent one still has its seat");
             sleep(ms(10)).await;
@@ -407,7 +407,7 @@ fn a_client_that_falls_silent_in_mid_stroke_disturbs_nobody_and_is_let_go() {
         // its last packet may have left later than the last one that came
         sleep(ms(1000)).await;
         let (Link::Lost(sentence) | Link::ComingBack(sentence)) = silent.link() else { panic!("{:?}", silent.link()) };
-        assert!(sentence.contains("10 seconds"), "{sentence}");
+        assert!(sentence.contains("10 seconds"), "seed 21: {sentence}");
         studio.settle(&people, ms(15_000)).await;
         studio.close(people).await;
     });
@@ -441,13 +441,48 @@ fn who_was_cut_off_for_long_comes_back_to_the_own_seat_within_a_second() {
             println!("seed {seed}: back {:?} after it was mended", mended_at.elapsed());
             sleep(ms(100)).await;
             let after = cut.view.lock().class.place().copied().unwrap();
-            assert_eq!((after.client, after.name, after.wheel), (before.client, before.name, before.wheel));
+            let (is, was) = ((after.client, after.name, after.wheel), (before.client, before.name, before.wheel));
+            assert_eq!(is, was, "seed {seed}");
             let digest = cut.view.lock().digest;
             let number = cut.view.lock().number;
-            assert_eq!((digest, number), (other.view.lock().digest, before.client));
+            assert_eq!((digest, number), (other.view.lock().digest, before.client), "seed {seed}");
             studio.close(people).await;
         }
     });
+}
+
+#[test]
+fn who_is_seen_under_another_address_in_mid_stroke_keeps_session_seat_and_clay() {
+    for (seed, quality) in [(71, Quality::HOME), (72, Quality::SCHOOL_WIFI), (73, BURSTS)] {
+        in_virtual_time(async {
+            let studio = Studio::open(seed);
+            let mut people = Vec::new();
+            for number in 0..3 {
+                people.push(studio.join(number, quality, quality, 0.3..6.0).await);
+            }
+            let moved = &people[0];
+            let place = |view: &View| view.class.place().map(|place| (place.client, place.name, place.wheel));
+            // twice: the second time from an address that was not the first one's
+            for (at, port) in [(1500, 50_000), (1500, 50_001)] {
+                sleep(ms(at)).await;
+                let before = place(&moved.view.lock()).unwrap_or_else(|| panic!("seed {seed}: no seat"));
+                let elsewhere = SocketAddr::from(([192, 0, 2, 7], port));
+                studio.simulation.network.readdress(moved.address, elsewhere);
+                let pressed = Studio::pressed_mm3(&studio.standing().await);
+                sleep(ms(1000)).await;
+                let after = Studio::pressed_mm3(&studio.standing().await);
+                assert!(after > pressed + 300.0, "seed {seed}: {pressed} mm³, then {after} mm³");
+                let view = moved.view.lock();
+                assert_eq!((place(&view), &view.link), (Some(before), &Link::Open), "seed {seed}");
+            }
+            assert_eq!(studio.standing().await.people, 3, "seed {seed}");
+            let settled_after = studio.settle(&people, ms(3000)).await;
+            println!("seed {seed}: settled after {settled_after:?}");
+            let outcome = studio.close(people).await;
+            let rest = outcome.pressed_mm3 / outcome.by_hand_mm3 - 1.0;
+            assert!(rest.abs() < LATE, "seed {seed}: {outcome:?}");
+        });
+    }
 }
 
 #[test]
@@ -469,7 +504,7 @@ fn a_partition_of_three_seconds_heals() {
             println!("seed {seed}: settled {:?} after it was mended", mended_at.elapsed());
             let outcome = studio.close(people).await;
             println!("seed {seed}: {outcome:?}");
-            assert!(outcome.pressed_mm3 > 5_000.0);
+            assert!(outcome.pressed_mm3 > 5_000.0, "seed {seed}: {outcome:?}");
         });
     }
 }
@@ -485,10 +520,10 @@ fn a_late_joiner_in_the_middle_of_pressing_ends_with_the_same_clay() {
                 people.push(studio.join(number, quality, quality, 0.3..4.0).await);
             }
             sleep(ms(1800)).await;
-            assert_ne!(studio.standing().await.digests[0], untouched);
+            assert_ne!(studio.standing().await.digests[0], untouched, "seed {seed}");
             // presses at once where the others have pressed
             people.push(studio.join(3, quality, quality, 0.1..1.5).await);
-            assert_eq!(people[3].view.lock().digest, untouched, "the clay comes after the welcome");
+            assert_eq!(people[3].view.lock().digest, untouched, "seed {seed}: the clay comes after the welcome");
             let settled_after = studio.settle(&people, ms(8000)).await;
             println!("seed {seed}: settled after {settled_after:?}");
             studio.close(people).await;
@@ -513,7 +548,7 @@ fn a_path_that_takes_only_shorter_packets_from_now_on_goes_on_carrying_clay() {
         let after = Studio::pressed_mm3(&studio.standing().await);
         let settled_after = studio.settle(&people, ms(2500)).await;
         println!("{before} mm³ before, {after} mm³ after; settled after {settled_after:?}");
-        assert!(after > before + 1_000.0, "{before} mm³, then {after} mm³");
+        assert!(after > before + 1_000.0, "seed 61: {before} mm³, then {after} mm³");
         studio.close(people).await;
     });
 }
@@ -535,7 +570,7 @@ fn a_narrow_line_is_told_less_often_and_neither_runs_over_nor_slows_anybody() {
         let (_, down) = studio.simulation.network.counts_of(people[2].address).unwrap();
         println!("settled {others:?} after the last press, the slow one {slowest:?}; {down:?}");
         // sixty pulses a second for four seconds ran over: 6 kB a second are a hundred bytes each
-        assert!(down.overflowed == 0 && down.packets < 150, "{down:?}");
+        assert!(down.overflowed == 0 && down.packets < 150, "seed 51: {down:?}");
         studio.close(people).await;
     });
 }
