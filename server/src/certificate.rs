@@ -24,15 +24,19 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// A fresh self-signed P-256 certificate.
+    /// A fresh self-signed Ed25519 certificate: all of its signatures are of one length, so that a network in memory carries the same bytes at
+    /// the same times whatever the key is.
     ///
     /// # Errors
     /// [`ServerError::Certificate`] when the system gives no randomness.
     pub fn fresh() -> Result<Self, ServerError> {
-        let made = rcgen::generate_simple_self_signed([String::from("pottery-studio")])
-            .map_err(|error| ServerError::Certificate { reason: error.to_string() })?;
-        let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(made.signing_key.serialize_der()));
-        Ok(Self { der: made.cert.into(), key })
+        let refused = |error: rcgen::Error| ServerError::Certificate { reason: error.to_string() };
+        let pair = rcgen::KeyPair::generate_for(&rcgen::PKCS_ED25519).map_err(refused)?;
+        let certificate = rcgen::CertificateParams::new([String::from("pottery-studio")])
+            .and_then(|parameters| parameters.self_signed(&pair))
+            .map_err(refused)?;
+        let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(pair.serialize_der()));
+        Ok(Self { der: certificate.into(), key })
     }
 
     /// The one that a folder keeps, or a fresh one that is kept there from now on. A folder that takes nothing is said, and the
