@@ -18,7 +18,7 @@ use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::tool::Tool;
 use pottery_shared::units::Rpm;
 use pottery_tests::line::{BurstLoss, Quality};
-use pottery_tests::simulation::{Joined, Simulation, in_virtual_time, ms};
+use pottery_tests::simulation::{BURSTS, Joined, Simulation, in_virtual_time, ms};
 use tokio::time::{Instant, sleep_until};
 
 /// Where the standard tool just touches, and how deep the device of the hand that is held still goes beyond.
@@ -74,10 +74,10 @@ fn places(seconds: f64, other_m: f32) -> [Option<Vec3>; 2] {
 
 /// What the still hand was given, and what its worker measured; the other one presses so deep, if at all. Where the line is cut meanwhile, all that
 /// was pressed comes at once.
-fn hold(quality: Quality, is_cut: bool, other_m: Option<f32>) -> (Vec<Vec3>, NetworkReport) {
+fn hold(seed: u64, quality: Quality, is_cut: bool, other_m: Option<f32>) -> (Vec<Vec3>, NetworkReport) {
     in_virtual_time(async {
         let config = ServerConfig { wheel_speed: Rpm(0.0), method: MethodKind::Plastic, ..ServerConfig::default() };
-        let studio = Simulation::open(5, config).unwrap();
+        let studio = Simulation::open(seed, config).unwrap();
         let mut people = Vec::new();
         // the hand that is held has the whole chain, the other one goes exactly where it is told
         for (number, stages) in (0..).zip([Stages::WHOLE, Stages::EXACT]) {
@@ -129,40 +129,52 @@ fn no_correction_changes_the_force_by_more_than_a_fiftieth_of_a_newton_in_a_mill
         rate: None,
     };
     let bursts = BurstLoss { every: ms(360), lasts: ms(40), in_burst: 0.5, otherwise: 0.0 };
-    // the hand has come to rest by then
-    let rest = (PRESSES_S.start * 1e3) as usize - 100;
-    let lines = [
+    for (quality, is_cut) in [
         (line(10, BurstLoss::NONE), false),
         (line(100, BurstLoss::NONE), false),
         (line(100, bursts), false),
         (line(100, BurstLoss::NONE), true),
-    ];
-    for (quality, is_cut) in lines {
-        let (alone, _) = hold(quality, is_cut, None);
-        let still_n = step_n(&alone[rest..]);
-        for other_mm in [3.0, 5.0] {
-            let (forces, report) = hold(quality, is_cut, Some(other_mm * 1e-3));
-            let (before, after) = forces[rest..].split_at(UNDOES_S as usize * 1000 - rest);
-            let (pressed_n, undone_n) = (step_n(before), step_n(after));
-            let correction_mm = report.correction_nm.max() as f64 * 1e-6;
-            println!(
-                "{quality}, {}{other_mm} mm: corrected by {correction_mm:.3} mm at most; {:.2} N, then {:.2} N, then {:.2} N; steps {:.2} mN as it \
-                 is pressed, {:.2} mN as it is undone, {:.2} mN with nobody else",
-                if is_cut { "cut while the other presses, " } else { "" },
-                before[0].length(),
-                before[before.len() - 1].length(),
-                after[after.len() - 1].length(),
-                pressed_n * 1e3,
-                undone_n * 1e3,
-                still_n * 1e3
-            );
-            let [held_n, left_n, back_n] =
-                [before[0], before[before.len() - 1], after[after.len() - 1]].map(Vec3::length);
-            assert!(
-                held_n > 0.5 && left_n < held_n - 0.2 && back_n > left_n + 0.2,
-                "{held_n} N, {left_n} N, {back_n} N"
-            );
-            assert!(pressed_n.max(undone_n) <= 0.02 + still_n, "{pressed_n} N and {undone_n} N");
-        }
+    ] {
+        assert_no_jolt(5, quality, is_cut);
+    }
+}
+
+/// `POTTERY_SEEDS=42` tries so many instead of a few. Seed 42 itself, the next one, does not hold it yet: there the tool slides aside on a slope
+/// that a correction has left, by 27.5 mN in a millisecond, since only what changes along the contact's normal is put off.
+#[test]
+fn no_correction_over_a_line_that_loses_in_bursts_and_reorders_changes_it_by_more_either() {
+    let seeds = std::env::var("POTTERY_SEEDS").map_or(3, |seeds| seeds.parse().unwrap());
+    for seed in 0..seeds {
+        assert_no_jolt(seed, BURSTS, false);
+    }
+}
+
+fn assert_no_jolt(seed: u64, quality: Quality, is_cut: bool) {
+    // the hand has come to rest by then
+    let rest = (PRESSES_S.start * 1e3) as usize - 100;
+    let (alone, _) = hold(seed, quality, is_cut, None);
+    let still_n = step_n(&alone[rest..]);
+    for other_mm in [3.0, 5.0] {
+        let (forces, report) = hold(seed, quality, is_cut, Some(other_mm * 1e-3));
+        let (before, after) = forces[rest..].split_at(UNDOES_S as usize * 1000 - rest);
+        let (pressed_n, undone_n) = (step_n(before), step_n(after));
+        let correction_mm = report.correction_nm.max() as f64 * 1e-6;
+        let [held_n, left_n, back_n] = [before[0], before[before.len() - 1], after[after.len() - 1]].map(Vec3::length);
+        println!(
+            "seed {seed}, {quality}, {}{other_mm} mm: corrected by {correction_mm:.3} mm at most; {held_n:.2} N, then {left_n:.2} N, then \
+             {back_n:.2} N; steps {:.3} mN as it is pressed, {:.3} mN as it is undone, {:.3} mN with nobody else",
+            if is_cut { "cut while the other presses, " } else { "" },
+            pressed_n * 1e3,
+            undone_n * 1e3,
+            still_n * 1e3
+        );
+        assert!(
+            held_n > 0.5 && left_n < held_n - 0.2 && back_n > left_n + 0.2,
+            "seed {seed}, {quality}, {other_mm} mm: {held_n} N, {left_n} N, {back_n} N"
+        );
+        assert!(
+            pressed_n.max(undone_n).max(still_n) <= 0.02,
+            "seed {seed}, {quality}, {other_mm} mm: {pressed_n} N, {undone_n} N and {still_n} N"
+        );
     }
 }

@@ -55,7 +55,9 @@ impl Correction {
     pub(super) fn blend(&mut self, force_n: Vec3, normal: Vec3, moved_n: Vec3, dt: Seconds) -> Vec3 {
         if self.settles_s > 0.0 {
             self.settles_s -= dt.0;
-            let explained = (self.before_n - moved_n).dot(normal).max(0.0);
+            // who moves away loses a force, and gets none that pulls; one that is there already stays
+            let least_n = self.before_n.dot(normal).min(0.0);
+            let explained = (self.before_n - moved_n).dot(normal).max(least_n);
             self.error_n += normal * (explained - force_n.dot(normal));
         }
         self.before_n = force_n;
