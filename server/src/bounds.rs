@@ -16,11 +16,12 @@ pub(crate) const STREAMS_SENT: usize = 256 * 1024;
 pub(crate) const DATAGRAMS_RECEIVED: usize = 64 * 1024;
 /// Datagrams that wait to be sent: a few pulses, since what waits longer is stale.
 pub(crate) const DATAGRAMS_SENT: usize = 16 * 1024;
-/// Control frames that may wait for a slow peer, and their bytes: all tools that can be brought to a wheel, told at once, and as much again.
-pub(crate) const CONTROL_QUEUE: usize = 256;
-pub(crate) const CONTROL_BYTES: usize = 1024 * 1024;
+/// Control frames that may wait for a slow peer: all tools that can be brought to a wheel, told at once, and as much again.
+pub const CONTROL_QUEUE: usize = 256;
+/// Bytes of those frames.
+pub const CONTROL_BYTES: usize = 1024 * 1024;
 /// Bytes of keyframes that may be under way to one peer: two of a pot that was worked all over, or those of a gallery.
-pub(crate) const KEYFRAME_BYTES: usize = 128 * 1024;
+pub const KEYFRAME_BYTES: usize = 128 * 1024;
 /// A frame that is being read, and what has come behind it.
 const FRAME_READ: usize = 2 * (CONTROL_MAX + 4096);
 /// What QUIC, TLS and the tasks hold of a connection beside: 60 to 80 kB were counted.

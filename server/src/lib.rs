@@ -24,7 +24,7 @@ mod teacher;
 mod ticking;
 mod transport;
 
-pub use bounds::CONNECTION_BYTES_MAX;
+pub use bounds::{CONNECTION_BYTES_MAX, CONTROL_BYTES, CONTROL_QUEUE, KEYFRAME_BYTES};
 pub use certificate::Certificate;
 pub use config::{ConfigError, FileConfig, ServerConfig};
 pub use doorkeeper::{Arrivals, InputCounts};

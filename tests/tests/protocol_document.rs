@@ -10,14 +10,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use pottery_server::{CONTROL_BYTES, CONTROL_QUEUE, Input, KEYFRAME_BYTES};
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
-    ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MAX, Fragment, FragmentOf, Greeting, GuidanceEnd,
-    GuidanceWire, HandWire, Hello, Inputs, Keyframe, LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance,
-    NoOrder, NoStep, NoTool, Notice, Order, Pass, PersonWire, PlaceWire, PotOf, PotWire, Presence, ProgressWire, Pulse,
-    PulseHead, Purpose, Refusal, Request, ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire,
-    TargetWire, TeacherToken, ToolWire, Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
+    ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_LONGEST, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX,
+    Fragment, FragmentOf, Greeting, GuidanceEnd, GuidanceWire, HandWire, Hello, Inputs, KEYFRAME_MAX, Keyframe,
+    LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance, NoOrder, NoStep, NoTool, Notice, Order, Pass,
+    PersonWire, PlaceWire, PotOf, PotWire, Presence, ProgressWire, Pulse, PulseHead, Purpose, Refusal, Request,
+    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire, TeacherToken, ToolWire,
+    Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
+use pottery_shared::session::InputQueue;
 use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
 use pottery_shared::units::Tick;
@@ -643,11 +646,42 @@ fn program_in_the_description_reads_every_vector() {
 
 #[test]
 fn description_names_version_and_limits() {
-    let text = fs::read_to_string(shared("PROTOCOL.md")).unwrap().replace('\n', " ");
+    let text = fs::read_to_string(shared("PROTOCOL.md")).unwrap();
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.starts_with(&format!("# The protocol, version {VERSION} ")), "another version");
     let alpn = std::str::from_utf8(ALPN).unwrap();
-    let control = format!("{},{}", CONTROL_MAX / 1000, CONTROL_MAX % 1000);
-    for named in [alpn, &DATAGRAM_MAX.to_string(), &control] {
-        assert!(text.contains(named), "{named} is not named");
+    let thousands = |number: i64| format!("{},{:03}", number / 1000, number % 1000);
+    let input = Input::default();
+    assert_eq!(KEYFRAME_MAX, 1 << 24);
+    let said = [
+        alpn.to_owned(),
+        format!(
+            "of up to {DATAGRAM_MAX} bytes of payload; where QUIC finds that the path takes more, a server sends up to {DATAGRAM_LONGEST}."
+        ),
+        format!("without themselves), at most {}. A", thousands(CONTROL_MAX as i64)),
+        format!(
+            "one message of at most {DATAGRAM_MAX} bytes, or down {DATAGRAM_LONGEST}; a keyframe stream is one message of at most 2²⁴ bytes"
+        ),
+        format!("than {} KiB of memory", DATAGRAM_MEMORY_MAX / 1024),
+        format!(
+            "{} datagrams and {} KiB of them a second, {} requests and {} KiB of them",
+            input.datagrams_per_s,
+            input.datagram_bytes_per_s / 1024,
+            input.requests_per_s,
+            input.request_bytes_per_s / 1024
+        ),
+        format!("moves faster than {} m/s", ToolSample::SPEED_MAX_M_S),
+        format!("comes more than {} ticks late", thousands(InputQueue::PAST_MAX)),
+        format!("late or more than {} early", thousands(InputQueue::FUTURE_MAX)),
+        format!("at most {} sub-steps and {} samples", Transcript::SUB_STEPS_MAX, Transcript::PRESSED_MAX),
+        format!(
+            "who does not read, {} frames or {} MiB of them wait, and then it is let go; of keyframes {} KiB",
+            CONTROL_QUEUE,
+            CONTROL_BYTES >> 20,
+            KEYFRAME_BYTES / 1024
+        ),
+    ];
+    for named in said {
+        assert!(text.contains(&named), "{named:?} is not said");
     }
 }

@@ -66,9 +66,9 @@ impl InputQueue {
     /// Most samples that wait: four seconds.
     pub const LENGTH_MAX: usize = 4096;
     /// Ticks after which a sample is too old to press: as long as a silent connection is kept.
-    const PAST_MAX: i64 = 10_000;
+    pub const PAST_MAX: i64 = 10_000;
     /// Ticks before which a sample is too early to believe.
-    const FUTURE_MAX: i64 = 1_500;
+    pub const FUTURE_MAX: i64 = 1_500;
 
     /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`.
     pub fn handle_inputs(&mut self, inputs: &Inputs, now: Tick, tools: usize) {
