@@ -4,7 +4,7 @@
 //! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory and the
 //! [`simulation`] of a studio over it; the [`reference`](mod@reference) dents, the [`failures`] that methods
 //! are tried for, a [`display`] with the studio on it, the [`load`] that a server is put under, how firmly a hand holds on in
-//! [`stability`], the [`yardstick`] methods of other authors, and a
+//! [`stability`], the [`yardstick`] methods of other authors, the linear systems that those and laws of cost are solved by, and a
 //! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
 
@@ -14,6 +14,7 @@ pub mod dent;
 pub mod display;
 pub mod failures;
 pub mod fit;
+mod linear;
 pub mod load;
 pub mod network;
 pub mod programs;

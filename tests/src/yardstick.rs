@@ -10,7 +10,6 @@ pub mod closed_forms;
 pub mod fem;
 pub mod free_form;
 pub mod greens;
-pub(crate) mod linear;
 pub mod literal;
 pub mod long_elements;
 pub mod shell;

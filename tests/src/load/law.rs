@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::{Plan, Sight};
 use super::result::{RunResult, Verdict};
 use super::run::{Options, RunError, run};
-use crate::yardstick::linear::Cholesky;
+use crate::linear::Cholesky;
 
 /// What there may be more of, in the order of [`Load::counts`].
 pub const PARTS: [&str; 6] = [

@@ -8,9 +8,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use super::linear::Cholesky;
 use super::{Scene, median_ns};
 use crate::dent::{Dent, DentError, Dented};
+use crate::linear::Cholesky;
 
 /// Control points within the tool's radius and damping of the pseudo-inverse: of 36 pairs from 1.5 to 5 and from 10⁻⁶ to
 /// 10⁻¹ the one that meets the reference best, but for one with half as many control points again. Without damping the control

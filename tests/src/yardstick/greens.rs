@@ -11,10 +11,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use pottery_shared::clay::{GridShape, Support};
 
 use super::closed_forms::contact_modulus_mpa;
-use super::linear::Cholesky;
 use super::shell::{Compliance, End, Shell};
 use super::{POISSON, Scene, median_ns};
 use crate::dent::{Dent, DentError, Dented};
+use crate::linear::Cholesky;
 
 /// Steps in which the tool comes in; each starts from the last one's contact.
 const UPDATES: u32 = 12;

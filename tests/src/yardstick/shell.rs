@@ -5,7 +5,7 @@
 //! Invariant: a response is symmetric: the deflection at one height under a load at another is the same the other way
 //! round (Maxwell and Betti).
 
-use super::linear::Cholesky;
+use crate::linear::Cholesky;
 
 /// Unknowns of a node: axial, circumferential and radial displacement and their slopes along the axis.
 const UNKNOWNS: usize = 6;
