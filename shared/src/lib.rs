@@ -10,6 +10,7 @@ extern crate alloc;
 
 pub mod clay;
 pub mod haptics;
+mod lanes;
 pub mod prediction;
 pub mod protocol;
 pub mod room;

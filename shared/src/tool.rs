@@ -14,6 +14,7 @@ mod section;
 
 pub use convex::{ConvexError, ConvexTool};
 pub use orientation::Orientation;
+pub(crate) use section::Eights;
 pub use section::{Extent, Lattice, Pose, Section, Sections, Sides};
 
 use glam::Vec3;

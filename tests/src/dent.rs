@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Contact, ErrorBound, GridShape, Lathe, Material, Method, MethodKind, PlasticCsem, Pot, PotError, PotSpec, Press,
-    Strength, SubStep, Window,
+    Contact, ErrorBound, GridShape, Lathe, Material, MaterialError, Method, MethodKind, PlasticCsem, Pot, PotError,
+    PotSpec, Press, Strength, SubStep, Window,
 };
 use pottery_shared::tool::{Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
@@ -21,6 +21,9 @@ const STEPS_IN: u32 = 300;
 const STEPS_STILL: u32 = 1500;
 /// Length of a step, s.
 const STEP: Seconds = Seconds(1e-3);
+/// Quickest wheel, turns a minute, and longest time that it turns, min.
+const RPM_MAX: f32 = 3000.0;
+const MINUTES_MAX: f32 = 60.0;
 
 /// What is pressed into what.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +53,9 @@ pub enum DentError {
     /// The tool.
     #[error(transparent)]
     Tool(#[from] ToolError),
+    /// The clay: one that no press can be made in.
+    #[error(transparent)]
+    Clay(#[from] MaterialError),
     /// A figure that makes no sense.
     #[error("a {field} of {value} cannot be used: choose one {range}")]
     Figure {
@@ -85,15 +91,26 @@ pub struct Dented {
 
 impl Dent {
     fn check(&self) -> Result<Sphere, DentError> {
+        self.pot.check()?;
         let positive = |field, value: f32, range| {
             if value.is_finite() && value > 0.0 { Ok(()) } else { Err(DentError::Figure { field, value, range }) }
         };
         positive("yield stress", self.strength.yield_pa, "above 0 Pa")?;
         positive("Young's modulus", self.strength.youngs_pa, "above 0 Pa")?;
+        Material::new(Material::default().viscosity, self.strength)?;
         positive("depth", self.depth.as_mm(), "above 0 mm")?;
         if let Some((rpm, feed, turns)) = self.round {
             positive("turning speed", rpm, "above 0 rpm")?;
             positive("number of turns", turns, "above 0")?;
+            // a step may not go round the pot, and somebody waits for the last one
+            if rpm > RPM_MAX {
+                let range = "of at most 3000 rpm";
+                return Err(DentError::Figure { field: "turning speed", value: rpm, range });
+            }
+            if turns / rpm > MINUTES_MAX {
+                let range = "that takes at most an hour at the turning speed";
+                return Err(DentError::Figure { field: "number of turns", value: turns, range });
+            }
             if !feed.0.is_finite() {
                 let range = "that is a number of millimetres";
                 return Err(DentError::Figure { field: "feed", value: feed.as_mm(), range });

@@ -125,7 +125,9 @@ pub(super) struct Contacts {
     pub(super) deepest_m: f32,
     /// How far the tool reaches from its centre, m.
     pub(super) tool_m: f32,
-    /// Which way the clay pushes, chunk by chunk, along the ray, across it and up; none for a sphere.
+    /// Whether the tool is one of facets, and then which way the clay pushes in chunks that are touched, along the ray, across it
+    /// and up.
+    is_faceted: bool,
     pub(super) facing: Vec<[Eight; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
     above_m: Vec<Eight>,
@@ -216,11 +218,11 @@ impl Contacts {
             column,
             chunks: &self.chunks.room[column.chunks.clone()],
             above_m: &self.above_m[column.heights..],
-            facing: self.facing.get(column.chunks.clone()).unwrap_or_default(),
+            facing: if self.is_faceted { &self.facing[column.chunks.clone()] } else { &[] },
         })
     }
 
-    /// How many chunks there are; as many ways to face belong to a tool of facets.
+    /// How many chunks there are.
     pub(super) const fn found(&self) -> usize {
         self.chunks.used
     }
@@ -231,8 +233,8 @@ impl Contacts {
     }
 
     /// Whether the tool is one of facets.
-    pub(super) fn is_faceted(&self) -> bool {
-        !self.facing.is_empty()
+    pub(super) const fn is_faceted(&self) -> bool {
+        self.is_faceted
     }
 
     /// Puts other penetrations in the place of those there are.
@@ -302,7 +304,7 @@ impl Contacts {
         self.columns.clear();
         self.chunks.used = 0;
         self.above_m.clear();
-        self.facing.clear();
+        self.is_faceted = matches!(press.tool, Tool::Convex(_));
         (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
         match (press.tool, cutter) {
             (Tool::Sphere(sphere), _) => {

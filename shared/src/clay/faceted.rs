@@ -8,10 +8,10 @@ use alloc::sync::Arc;
 use glam::{Mat3, Vec3};
 
 use super::contact::{Chunk, Column, Contacts, Tally, nearest_turn};
-use super::lanes::{Eight, LANES, Simd, SimdBase, SimdMask, f32x8, load, positive, splat};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, columns, f32x8, load, positive, splat, u32x8};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
-use crate::tool::{ConvexTool, Pose, Section, Sections, Shape, Side, Sides, Tool};
+use crate::tool::{ConvexTool, Eights, Pose, Sections, Shape, Side, Sides, Tool};
 
 /// The convex tools that presses name, and the memory in which one of them is cut.
 #[derive(Clone, Debug)]
@@ -52,8 +52,9 @@ impl Scratch {
 
 /// A section and the facets of the side that presses, seen along its column's ray.
 struct Face<'a> {
-    section: &'a Section<'a>,
-    normals: &'a [Vec3],
+    section: &'a Eights<'a>,
+    /// Their bits.
+    normals: &'a [[u32; 4]],
     /// Directions in the tool's own coordinates: along the ray, across it, and up.
     axes: [Vec3; 3],
     outwards: f32,
@@ -84,7 +85,7 @@ impl Contacts {
             Side::Outside => (Sides::Near, surface.widest_m() + 1e-6, 1.0),
             Side::Inside => (Sides::Both, f32::MAX, -1.0),
         };
-        sections.cut(tool, &pose, &surface.lattice(), reach_m, sides);
+        sections.cut_with(simd, tool, &pose, &surface.lattice(), reach_m, sides);
         let extent = sections.extent();
         if extent.columns == 0 || extent.rows == 0 {
             return;
@@ -96,9 +97,9 @@ impl Contacts {
         self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
         self.fill_heights(simd, surface, press.centre_m.z);
         let mut tally = Tally::new(simd);
-        for section in sections.iter() {
+        for section in sections.eights() {
             let axes = axes(&turn, surface.direction(section.column));
-            let face = Face { section: &section, normals: tool.normals(), axes, outwards, behind_m };
+            let face = Face { section: &section, normals: tool.facing(), axes, outwards, behind_m };
             self.gather_section(simd, surface, press, &face, &mut tally);
         }
         self.take(&tally);
@@ -119,37 +120,36 @@ impl Contacts {
         let angle_rad = nearest_turn(column as f32 * surface.shape().column_angle_rad() - self.angle_rad);
         let (along_m, aside_m) =
             (press.centre_m.x * cos + press.centre_m.y * sin, press.centre_m.y * cos - press.centre_m.x * sin);
-        let (edges_m, facets) =
-            if outwards > 0.0 { (section.near_m, section.facet) } else { (section.far_m, section.far_facet) };
-        let (first, radii_m) = (section.first_row as usize, surface.column_m(column));
-        let begin = first / LANES * LANES;
+        let Eights { first_row, radii_m: edges_m, facets, .. } = *section;
+        let rows = first_row..first_row + (edges_m.len() * LANES) as u32;
+        let radii_m = &surface.column_m(column)[first_row as usize..];
+        let at = Column::new(column, self.window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
+        let found = self.found();
         let mut all_facing = core::mem::take(&mut self.facing);
-        let window = self.window;
-        let rows = begin as u32..(first + edges_m.len()) as u32;
-        let at = Column::new(column, window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
+        if all_facing.len() < found + edges_m.len() {
+            all_facing.resize(found + edges_m.len(), [Eight::ZERO; 3]);
+        }
+        let room = &mut all_facing[found..];
         self.add_column(
             at,
             #[inline(always)]
             |number| {
-                let row = begin + number * LANES;
-                let radius_m = match radii_m[row..].first_chunk::<LANES>() {
+                let radius_m = match radii_m[number * LANES..].first_chunk::<LANES>() {
                     Some(lanes) => f32x8::load_array_ref(simd, lanes),
-                    None => load(simd, &radii_m[row..]),
+                    None => load(simd, &radii_m[number * LANES..]),
                 };
                 // beyond the tool no clay is touched
-                let edge = f32x8::load_array(simd, lanes_of(edges_m, first, row, outwards * f32::INFINITY));
-                let penetration_m = ((radius_m - behind_m - edge) * outwards).max(splat(simd, 0.0));
-                let facing = if positive(penetration_m).any_true() {
-                    face.facing(simd, lanes_of(facets, first, row, facets[0]))
+                let edge_m = f32x8::load_array_ref(simd, &edges_m[number]);
+                let penetration_m = ((radius_m - behind_m - edge_m) * outwards).max(splat(simd, 0.0));
+                room[number] = if positive(penetration_m).any_true() {
+                    face.facing(simd, &facets[number])
                 } else {
                     [Eight::ZERO; 3]
                 };
-                all_facing.push(facing);
                 Chunk { penetration_m: penetration_m.into(), half_chord_m: Eight::ZERO, radius_m: radius_m.into() }
             },
             tally,
         );
-        all_facing.truncate(self.found());
         self.facing = all_facing;
     }
 }
@@ -157,13 +157,18 @@ impl Contacts {
 impl Face<'_> {
     /// Which way the clay pushes: against the normals, along the ray, across it and up.
     #[inline(always)]
-    fn facing<S: Simd>(&self, simd: S, facets: [u16; LANES]) -> [Eight; 3] {
-        let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
-        for (lane, facet) in facets.into_iter().enumerate() {
-            let normal = self.normals[usize::from(facet)];
-            (x[lane], y[lane], z[lane]) = (normal.x, normal.y, normal.z);
-        }
-        let [x, y, z] = [f32x8::load_array(simd, x), f32x8::load_array(simd, y), f32x8::load_array(simd, z)];
+    fn facing<S: Simd>(&self, simd: S, facets: &[u16; LANES]) -> [Eight; 3] {
+        let [x, y, z, _] = if *facets == [facets[0]; LANES] {
+            let [x, y, z, w] = self.normals[usize::from(facets[0])];
+            [u32x8::splat(simd, x), u32x8::splat(simd, y), u32x8::splat(simd, z), u32x8::splat(simd, w)]
+        } else {
+            columns(
+                simd,
+                #[inline(always)]
+                |lane| self.normals[usize::from(facets[lane])],
+            )
+        };
+        let [x, y, z] = [f32x8::from_bits(x), f32x8::from_bits(y), f32x8::from_bits(z)];
         let mut facing = [Eight::ZERO; 3];
         for (along, axis) in facing.iter_mut().zip(self.axes) {
             *along = (-(x * axis.x + y * axis.y + z * axis.z)).into();
@@ -177,18 +182,4 @@ fn axes(turn: &Mat3, [cos, sin]: [f32; 2]) -> [Vec3; 3] {
     let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
     let [along, across] = [(cos, sin), (-sin, cos)].map(|(x, y)| columns.map(|axis| axis.x * x + axis.y * y));
     [along, across, columns.map(|axis| axis.z)].map(Vec3::from_array)
-}
-
-/// Eight values of a section that begins at row `first`, from `row` on; `absent` where it has none.
-fn lanes_of<T: Copy>(values: &[T], first: usize, row: usize, absent: T) -> [T; LANES] {
-    if let Some(lanes) = row.checked_sub(first).and_then(|start| values[start..].first_chunk::<LANES>()) {
-        return *lanes;
-    }
-    let mut lanes = [absent; LANES];
-    for (lane, value) in lanes.iter_mut().enumerate() {
-        if let Some(&there) = (row + lane).checked_sub(first).and_then(|at| values.get(at)) {
-            *value = there;
-        }
-    }
-    lanes
 }

@@ -50,15 +50,17 @@ impl Correction {
     /// The coupling's force with what is left of the error, N; `stiffened_m` is how far the device moved times the coupling's
     /// stiffness, along the contact's `normal`.
     ///
-    /// While the proxy looks for the new clay, every change along the normal that the device's own movement does not explain is
-    /// error.
+    /// While the proxy looks for the new clay, every change that the device's own movement does not explain is error: along the normal, and across
+    /// it what is more than the coupling of that movement, since a proxy slides aside on a slope that was not there.
     pub(super) fn blend(&mut self, force_n: Vec3, normal: Vec3, moved_n: Vec3, dt: Seconds) -> Vec3 {
         if self.settles_s > 0.0 {
             self.settles_s -= dt.0;
             // who moves away loses a force, and gets none that pulls; one that is there already stays
             let least_n = self.before_n.dot(normal).min(0.0);
             let explained = (self.before_n - moved_n).dot(normal).max(least_n);
-            self.error_n += normal * (explained - force_n.dot(normal));
+            let across = |vector: Vec3| vector - normal * vector.dot(normal);
+            let slid_n = across(force_n - self.before_n).clamp_length_max(across(moved_n).length());
+            self.error_n += normal * explained + across(self.before_n) + slid_n - force_n;
         }
         self.before_n = force_n;
         let error_n = self.error_n.length();

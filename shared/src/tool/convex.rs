@@ -119,6 +119,9 @@ pub struct ConvexTool {
     corners_m: Vec<Vec4>,
     links: Vec<Link>,
     normals: Vec<Vec3>,
+    steps: Vec<[u32; 4]>,
+    /// Bits of the normals, with 0 in a fourth lane.
+    facing: Vec<[u32; 4]>,
     /// A side that begins at the corner farthest in the direction of each [`cell`].
     outermost: Vec<u16>,
     centre_m: Vec3,
@@ -189,7 +192,14 @@ impl ConvexTool {
         check_size(radius.0, 1.0)?;
         let bluntness = Metres((3.0 * volume_m3 / area_m2(&mesh)) as f32);
         let (volume_m3, outermost) = (volume_m3 as f32, Vec::new());
-        let mut tool = Self { corners_m, links, normals, outermost, centre_m, radius, volume_m3, bluntness };
+        let facing = normals.iter().map(|normal| normal.extend(0.0).to_array().map(f32::to_bits)).collect();
+        let step = |link: &Link| {
+            let [x, y, z, _] = corners_m[usize::from(link.apex)].to_array().map(f32::to_bits);
+            [x, y, z, u32::from(link.onward[0]) | u32::from(link.onward[1]) << 16]
+        };
+        let steps = links.iter().map(step).collect();
+        let mut tool =
+            Self { corners_m, links, normals, steps, facing, outermost, centre_m, radius, volume_m3, bluntness };
         tool.outermost = tool.find_outermost();
         Ok(tool)
     }
@@ -232,14 +242,20 @@ impl ConvexTool {
         self.bluntness
     }
 
+    /// Bits of the normals, with 0 in a fourth lane.
+    pub(crate) fn facing(&self) -> &[[u32; 4]] {
+        &self.facing
+    }
+
+    /// Of every side bits of its facet's apex, from the centre, m, and the two sides that lead onward from it, 16 bits each:
+    /// what a walk needs at once.
+    pub(super) fn steps(&self) -> &[[u32; 4]] {
+        &self.steps
+    }
+
     /// Corners from the centre, m, with 0 in the last lane.
     pub(super) fn corners_m(&self) -> &[Vec4] {
         &self.corners_m
-    }
-
-    /// Sides, three to a facet.
-    pub(super) fn links(&self) -> &[Link] {
-        &self.links
     }
 
     pub(super) fn link(&self, side: u16) -> &Link {
@@ -248,12 +264,12 @@ impl ConvexTool {
 
     /// Where a side begins.
     pub(super) fn origin(&self, side: u16) -> u16 {
-        self.link(after(side)).apex
+        self.link(side).origin
     }
 
     /// Where a side ends.
     pub(super) fn end(&self, side: u16) -> u16 {
-        self.link(after(after(side))).apex
+        self.link(after(side)).origin
     }
 
     /// The same side from its other end.
@@ -415,8 +431,7 @@ fn normals(mesh: &Facets, links: &[Link]) -> Option<Vec<Vec3>> {
         let before = found.clone();
         for (facet, normal) in found.iter_mut().enumerate() {
             let beside = links[3 * facet].onward.into_iter().chain([links[3 * facet + 1].onward[0]]);
-            *normal =
-                normal.or(beside.into_iter().find_map(|side| before[usize::from(links[usize::from(side)].facet)]));
+            *normal = normal.or(beside.into_iter().find_map(|side| before[usize::from(side / 3)]));
         }
         if found == before {
             return None;

@@ -14,8 +14,8 @@ use super::ConvexError;
 pub(super) struct Link {
     /// Number of the corner c.
     pub(super) apex: u16,
-    /// Number of the facet.
-    pub(super) facet: u16,
+    /// Number of the corner a.
+    pub(super) origin: u16,
     /// The sides of the neighbours across the two others, as entered there: a → c and c → b.
     pub(super) onward: [u16; 2],
 }
@@ -102,7 +102,7 @@ impl Facets {
                 let (second, third) = (after(number), after(after(number)));
                 Link {
                     apex: side(usize::from(third)).0,
-                    facet: number / 3,
+                    origin: side(usize::from(number)).0,
                     onward: [twins[usize::from(third)], twins[usize::from(second)]],
                 }
             })

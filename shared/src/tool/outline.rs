@@ -1,4 +1,4 @@
-//! The outline of a convex tool in one half-plane: the walk over the facets that the half-plane crosses.
+//! The outline of a convex tool in half-planes: the walk over the facets that they cross, in eight of them at once.
 //!
 //! Owns the walk and the rows that it passes; which half-planes are looked at is `section.rs`.
 //! Invariant: every place met is a point of a side of the mesh, so that nothing lies outside of the tool, and the walk
@@ -6,10 +6,13 @@
 
 use alloc::vec::Vec;
 
-use glam::{Mat3, Vec2, Vec3, Vec4};
+use glam::{Mat3, Vec3};
 
 use super::ConvexTool;
-use super::facets::Link;
+use super::facets::after;
+use crate::lanes::{
+    LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, columns, counted, f32x8, i32x8, mask32x8, splat, u32x8,
+};
 
 /// How far a way may turn back before it counts as turned, m: twice what a convex tool's corners may stand out.
 const SLACK_M: f32 = 2.0 * ConvexTool::BULGE_MAX.0;
@@ -17,82 +20,125 @@ const SLACK_M: f32 = 2.0 * ConvexTool::BULGE_MAX.0;
 /// row is led beyond the ends of its facet by more than a sixteenth.
 const RISE_MIN: f32 = 1.0 / 524_288.0;
 
-/// The tool seen from within one half-plane: lanes are the distance s aside of it, towards rising angle, m; the radius r
-/// along it, m; and the height in rows.
-pub(super) struct Slice<'a> {
+/// What is seen from within half-planes: the distance s aside of them, towards rising angle, m; the radius r along them, m; and the
+/// height in rows.
+type Seen<S> = [f32x8<S>; 3];
+
+/// A tool turned about its centre and set down, seen from within eight half-planes.
+pub(super) struct Slices<'a, S: Simd> {
+    simd: S,
     tool: &'a ConvexTool,
-    corners_m: &'a [Vec4],
-    links: &'a [Link],
-    x: Vec4,
-    y: Vec4,
-    z: Vec4,
-    centre: Vec4,
+    steps: &'a [[u32; 4]],
+    /// The tool's x, y, z and its centre as they are seen, and the same lane by lane.
+    axes: [Seen<S>; 4],
+    lanes: [[[f32; LANES]; 3]; 4],
     rows: f32,
     slack_rows: f32,
     reach_m: f32,
 }
 
-impl<'a> Slice<'a> {
-    /// A tool turned about its centre and set down there, in the half-plane along `direction` from the axis.
+impl<'a, S: Simd> Slices<'a, S> {
+    /// Most facets that are gone over from one half-plane to the next before another way is tried.
+    const BESIDE_MAX: usize = 12;
+
+    /// The tool in the half-planes along `directions` from the axis, cosines and sines.
+    #[inline(always)]
     pub(super) fn new(
+        simd: S,
         tool: &'a ConvexTool,
         (turn, centre_m): (&Mat3, Vec3),
-        direction: Vec2,
+        [cos, sin]: [[f32; LANES]; 2],
         (rows, rows_per_m): (u32, f32),
         reach_m: f32,
     ) -> Self {
-        let (cos, sin) = (direction.x, direction.y);
-        let seen = |vector: Vec3| {
+        let (cos, sin) = (f32x8::load_array(simd, cos), f32x8::load_array(simd, sin));
+        let mut axes = [[splat(simd, 0.0); 3]; 4];
+        let mut lanes = [[[0.0; LANES]; 3]; 4];
+        for ((axis, lanes), vector) in
+            axes.iter_mut().zip(&mut lanes).zip([turn.x_axis, turn.y_axis, turn.z_axis, centre_m])
+        {
             let (aside, along) = (cos * vector.y - sin * vector.x, cos * vector.x + sin * vector.y);
-            Vec4::new(aside, along, vector.z * rows_per_m, 0.0)
-        };
-        Self {
-            tool,
-            corners_m: tool.corners_m(),
-            links: tool.links(),
-            x: seen(turn.x_axis),
-            y: seen(turn.y_axis),
-            z: seen(turn.z_axis),
-            centre: seen(centre_m),
-            rows: rows as f32,
-            slack_rows: SLACK_M * rows_per_m,
-            reach_m,
+            *axis = [aside, along, splat(simd, vector.z * rows_per_m)];
+            *lanes = [axis[0].to_array(), axis[1].to_array(), axis[2].to_array()];
         }
+        let (rows, slack_rows) = (rows as f32, SLACK_M * rows_per_m);
+        Self { simd, tool, steps: tool.steps(), axes, lanes, rows, slack_rows, reach_m }
     }
 
-    /// A corner's lanes.
+    /// For each half-plane a side that crosses it, from `side` on and from one to the next, as far as there are any; they follow
+    /// each other ahead, towards rising angle, or behind.
+    pub(super) fn crossings(&self, mut side: u16, count: usize, is_ahead: bool) -> [Option<u16>; LANES] {
+        let mut found = [None; LANES];
+        for (lane, found) in found.iter_mut().enumerate().take(count) {
+            let Some(crossing) = self.beside(lane, side, is_ahead).or_else(|| self.crossing(lane, side)) else { break };
+            (side, *found) = (crossing, Some(crossing));
+        }
+        found
+    }
+
+    /// Sides that cross the half-planes, each found from one of its own.
+    pub(super) fn crossings_from(&self, sides: [Option<u16>; LANES]) -> [Option<u16>; LANES] {
+        core::array::from_fn(|lane| self.crossing(lane, sides[lane]?))
+    }
+
+    /// A corner as one half-plane sees it.
     #[inline(always)]
-    pub(super) fn see(&self, corner: u16) -> Vec4 {
-        let corner = self.corners_m[usize::from(corner)];
-        let (x, y, z) = (Vec4::splat(corner.x), Vec4::splat(corner.y), Vec4::splat(corner.z));
-        // in pairs: the next step waits for this sum
-        (self.x * x + self.y * y) + (self.z * z + self.centre)
+    fn part(&self, lane: usize, what: usize, corner: u16) -> f32 {
+        let corner = self.tool.corners_m()[usize::from(corner)];
+        let [x, y, z, centre] = &self.lanes;
+        (x[what][lane] * corner.x + y[what][lane] * corner.y) + (z[what][lane] * corner.z + centre[what][lane])
     }
 
-    /// A side that crosses the plane, found from `side` on; none when the plane passes the tool by.
-    pub(super) fn crossing(&self, side: u16) -> Option<Crossing> {
+    /// As [`Slices::crossing`], by going over the facets aside of `side` at its own height; none when that leads nowhere.
+    fn beside(&self, lane: usize, side: u16, is_ahead: bool) -> Option<u16> {
         let tool = self.tool;
-        let (from, to) = (self.see(tool.origin(side)), self.see(tool.end(side)));
-        match (from.x > 0.0, to.x > 0.0) {
-            (false, true) => return Some(Crossing { side, ends: [from, to] }),
-            (true, false) => return Some(Crossing { side: tool.twin(side), ends: [to, from] }),
+        let see = |corner: u16| (self.part(lane, 0, corner), self.part(lane, 2, corner));
+        let ((from, from_height), (to, to_height)) = (see(tool.origin(side)), see(tool.end(side)));
+        match (from > 0.0, to > 0.0) {
+            (false, true) => return Some(side),
+            (true, false) => return Some(tool.twin(side)),
+            // past the plane
+            (is_past, _) if is_past == is_ahead => return None,
             _ => {}
         }
-        let sense = if from.x > 0.0 { -1.0 } else { 1.0 };
-        let side = self.cross(if from.x * sense > to.x * sense { side } else { tool.twin(side) }, sense)?;
-        let side = if sense > 0.0 { side } else { tool.twin(side) };
-        Some(Crossing { side, ends: [self.see(tool.origin(side)), self.see(tool.end(side))] })
+        let height = 0.5 * (from_height + to_height);
+        // the facet that a side belongs to is to its left, and ahead is to the left of what goes up
+        let mut at = if (from_height < to_height) == is_ahead { side } else { tool.twin(side) };
+        for _ in 0..Self::BESIDE_MAX {
+            let link = tool.link(at);
+            let (aside, apex_height) = see(link.apex);
+            if (aside > 0.0) == is_ahead {
+                return Some(link.onward[usize::from(!is_ahead)]);
+            }
+            // the apex takes the place of the end on its own side of that height
+            at = link.onward[usize::from((apex_height > height) != is_ahead)];
+        }
+        None
+    }
+
+    /// A side that crosses a plane from s ≤ 0 to s > 0, found from `side` on; none when the plane passes the tool by.
+    fn crossing(&self, lane: usize, side: u16) -> Option<u16> {
+        let tool = self.tool;
+        let (from, to) = (self.part(lane, 0, tool.origin(side)), self.part(lane, 0, tool.end(side)));
+        match (from > 0.0, to > 0.0) {
+            (false, true) => return Some(side),
+            (true, false) => return Some(tool.twin(side)),
+            _ => {}
+        }
+        let sense = if from > 0.0 { -1.0 } else { 1.0 };
+        let side = self.cross(lane, if from * sense > to * sense { side } else { tool.twin(side) }, sense)?;
+        Some(if sense > 0.0 { side } else { tool.twin(side) })
     }
 
     /// Climbs from where `side` begins along s (or against it) until a side crosses the plane.
-    fn cross(&self, mut side: u16, sense: f32) -> Option<u16> {
+    fn cross(&self, lane: usize, mut side: u16, sense: f32) -> Option<u16> {
         let tool = self.tool;
-        let mut farthest = self.see(tool.origin(side)).x * sense;
+        let mut farthest = self.part(lane, 0, tool.origin(side)) * sense;
         loop {
             let (first, mut next) = (side, None);
             loop {
                 let link = tool.link(side);
-                let aside = self.see(link.apex).x;
+                let aside = self.part(lane, 0, link.apex);
                 let reached = aside * sense;
                 if (aside > 0.0) == (sense > 0.0) {
                     return Some(link.onward[0]);
@@ -110,256 +156,328 @@ impl<'a> Slice<'a> {
     }
 
     /// The last side of the way up the near side that begins on the far one: on over the bottom of the section.
-    fn onto_near_side(&self, crossing: &Crossing) -> Option<Crossing> {
-        let (mut walker, _) = Walker::pair(self, crossing, 0);
-        let mut lowest = walker.outermost;
+    fn onto_near_side(&self, lane: usize, crossing: u16) -> Option<u16> {
+        let tool = self.tool;
+        let see = |corner: u16| [self.part(lane, 0, corner), self.part(lane, 2, corner)];
+        let height = |[before, behind]: [[f32; 2]; 2]| {
+            before[1] + (behind[1] - before[1]) * (before[0] / (before[0] - behind[0]))
+        };
+        let mut ends = [see(tool.origin(crossing)), see(tool.end(crossing))];
+        let (first, mut lowest) = (tool.twin(crossing), height(ends));
+        let mut at = first;
         loop {
-            let height = walker.step::<true>(self).z;
-            lowest = lesser(lowest, height);
+            let link = tool.link(at);
+            let apex = see(link.apex);
+            // the apex takes the place of the end on its own side
+            let aside = usize::from(apex[0] > 0.0);
+            ends[aside] = apex;
+            at = link.onward[aside];
+            let height = height(ends);
+            lowest = if height < lowest { height } else { lowest };
             if height > lowest + self.slack_rows {
-                return Some(Crossing { side: self.tool.twin(walker.at), ends: walker.ends });
+                return Some(tool.twin(at));
             }
-            if walker.at == walker.first {
+            if at == first {
                 return None;
             }
         }
     }
 
-    /// Walks up and down the near side from a crossed side; none when the section is too thin to have one.
-    pub(super) fn walk(&self, mut crossing: Crossing, outline: &mut Outline) -> Option<Way> {
-        let middle = outline.radius_m.len() / 2;
-        for _ in 0..2 {
-            let (mut up, mut down) = Walker::pair(self, &crossing, middle);
-            let begun = up.outermost;
-            outline.note(middle, up.nearest_m, begun, up.at);
-            while up.walks || down.walks {
-                if up.walks {
-                    up.advance::<true>(self, outline);
-                }
-                if down.walks {
-                    down.advance::<false>(self, outline);
-                }
+    /// Sees in each half-plane the apex to which a step leads, and finds the sides that lead onward from it.
+    #[inline(always)]
+    fn see(&self, mut side: impl FnMut(usize) -> u32) -> (Seen<S>, u32x8<S>) {
+        let [x, y, z, onward] = columns(
+            self.simd,
+            #[inline(always)]
+            |lane| self.steps[side(lane) as usize],
+        );
+        let (x, y, z) = (f32x8::from_bits(x), f32x8::from_bits(y), f32x8::from_bits(z));
+        let [by_x, by_y, by_z, centre] = &self.axes;
+        // written out: mapped, it would be a function of its own
+        let seen = [
+            (by_x[0] * x + by_y[0] * y) + (by_z[0] * z + centre[0]),
+            (by_x[1] * x + by_y[1] * y) + (by_z[1] * z + centre[1]),
+            (by_x[2] * x + by_y[2] * y) + (by_z[2] * z + centre[2]),
+        ];
+        (seen, onward)
+    }
+
+    /// Walks up and down the near sides from crossed ones; none where the section is too thin to have one.
+    #[inline(always)]
+    pub(super) fn walk(&self, mut crossings: [Option<u16>; LANES], outline: &mut Outline) -> [Option<Way>; LANES] {
+        let ways = self.walk_from(&crossings, outline);
+        let mut begin_again = false;
+        for (lane, way) in ways.iter().enumerate() {
+            if let (None, Some(crossing)) = (way, crossings[lane]) {
+                // that was the far side
+                crossings[lane] = self.onto_near_side(lane, crossing);
+                begin_again |= crossings[lane].is_some();
             }
-            if up.outermost - begun > self.slack_rows || begun - down.outermost > self.slack_rows {
-                return Some(Way {
-                    first: down.place,
-                    last: up.place,
-                    nearest_m: lesser(down.nearest_m, up.nearest_m),
-                    last_side: up.at,
-                });
-            }
-            // that was the far side
-            crossing = self.onto_near_side(&crossing)?;
         }
-        None
+        if begin_again { self.walk_from(&crossings, outline) } else { ways }
+    }
+
+    /// A function of its own, since it is called in two places.
+    #[inline(never)]
+    fn walk_from(&self, crossings: &[Option<u16>; LANES], outline: &mut Outline) -> [Option<Way>; LANES] {
+        self.simd.vectorize(
+            #[inline(always)]
+            || self.walk_with(crossings, outline),
+        )
+    }
+
+    #[inline(always)]
+    fn walk_with(&self, crossings: &[Option<u16>; LANES], outline: &mut Outline) -> [Option<Way>; LANES] {
+        let (simd, tool) = (self.simd, self.tool);
+        let sides = crossings.map(|crossing| crossing.unwrap_or(0));
+        // the apex beyond the next side of a facet is where a side begins
+        let ends = [after, |side| after(after(side))].map(|next| sides.map(|side| u32::from(next(side))));
+        let ends = [self.see(|lane| ends[0][lane]).0, self.see(|lane| ends[1][lane]).0];
+        let walks = u32x8::load_array(simd, crossings.map(|crossing| u32::from(crossing.is_some())));
+        let walks = walks.simd_gt(u32x8::splat(simd, 0));
+        // outside of the facet that a side belongs to is the next one up
+        let above = sides.map(|side| u32::from(tool.twin(side)));
+        let (middle, begun) = (outline.middle(), meet(&ends));
+        outline.note(middle, begun, self.rows_below(begun[1]), u32x8::load_array(simd, above));
+        let up = self.go::<true>(above, ends, walks, outline);
+        let down = self.go::<false>(sides.map(u32::from), ends, walks, outline);
+        let slack = splat(simd, self.slack_rows);
+        let extends = (up.outermost - begun[1]).simd_gt(slack) | (begun[1] - down.outermost).simd_gt(slack);
+        let extends = (extends & walks).to_bitmask();
+        let nearest_m = up.nearest_m.min(down.nearest_m).to_array();
+        let (up, down) = (up.places.to_array(), down.places.to_array());
+        core::array::from_fn(|lane| {
+            let (first, last) = (middle - down[lane] as usize, middle + up[lane] as usize);
+            (extends >> lane & 1 > 0).then_some(Way { lane, first, last, nearest_m: nearest_m[lane] })
+        })
+    }
+
+    /// Goes from crossed sides to the next ones, up or down in all half-planes, until nothing more is wanted of any.
+    #[inline(always)]
+    fn go<const UP: bool>(
+        &self,
+        mut at: [u32; LANES],
+        ends: [Seen<S>; 2],
+        mut walks: mask32x8<S>,
+        outline: &mut Outline,
+    ) -> Gone<S> {
+        let simd = self.simd;
+        let first = u32x8::load_array(simd, at);
+        let [mut before, mut behind] = ends;
+        let [mut radius_m, mut height] = meet(&ends);
+        let (mut nearest_m, mut outermost) = (radius_m, height);
+        let mut places = i32x8::splat(simd, 0);
+        let rise_min = splat(simd, RISE_MIN * self.rows);
+        let middle = outline.middle();
+        for step in 1..=outline.middle() {
+            let entered = at;
+            let (apex, onward) = self.see(
+                #[inline(always)]
+                |lane| entered[lane],
+            );
+            // the apex takes the place of the end on its own side
+            let aside = apex[0].simd_gt(splat(simd, 0.0));
+            for axis in 0..3 {
+                before[axis] = aside.select(before[axis], apex[axis]);
+                behind[axis] = aside.select(apex[axis], behind[axis]);
+            }
+            let (to_before, to_behind) = (onward & u32x8::splat(simd, 0xffff), onward >> 16);
+            let next = if UP { aside.select(to_behind, to_before) } else { aside.select(to_before, to_behind) };
+            let met = meet(&[before, behind]);
+            let rise = if UP { met[1] - height } else { height - met[1] };
+            let gain_m = if UP { met[0] - radius_m } else { radius_m - met[0] };
+            let slope_m = gain_m / rise.max(rise_min);
+            let place = if UP { middle + step } else { middle - step };
+            outline.note(place, met, self.rows_below(met[1]), if UP { next } else { u32x8::load_array(simd, entered) });
+            outline.incline(if UP { place - 1 } else { place }, slope_m);
+            places -= walks.to_vector();
+            // where it ended it stays
+            radius_m = walks.select(met[0], radius_m);
+            height = walks.select(met[1], height);
+            nearest_m = nearest_m.min(radius_m);
+            outermost = if UP { outermost.max(height) } else { outermost.min(height) };
+            let has_turned = if UP {
+                height.simd_lt(outermost - self.slack_rows)
+            } else {
+                height.simd_gt(outermost + self.slack_rows)
+            };
+            // once it recedes it goes on receding
+            let has_left = radius_m.simd_gt((nearest_m + SLACK_M).max(splat(simd, self.reach_m)));
+            walks &= !(has_turned | has_left | next.simd_eq(first));
+            if !walks.any_true() {
+                break;
+            }
+            at = next.to_array();
+        }
+        Gone { places, nearest_m, outermost }
+    }
+
+    /// Numbers of rows whose height is below each `height`, or at it, from none to all; without a call to round.
+    #[inline(always)]
+    fn rows_below(&self, height: f32x8<S>) -> u32x8<S> {
+        let simd = self.simd;
+        let within = height.min(splat(simd, self.rows - 0.5)).max(splat(simd, 0.0)) + 0.5;
+        (within + WHOLE).to_bits() - u32x8::splat(simd, WHOLE.to_bits())
     }
 
     /// Writes the rows between the places met on a way; which they are.
-    pub(super) fn fill(
-        &self,
-        way: &Way,
-        outline: &mut Outline,
-        radius_m: &mut [f32],
-        facet: &mut [u16],
-    ) -> (usize, usize) {
+    ///
+    /// Both slices begin [`LANES`] rows below the first one, and end as many above the last one.
+    #[inline(always)]
+    pub(super) fn fill(&self, way: &Way, outline: &Outline, radius_m: &mut [f32], facet: &mut [u16]) -> (usize, usize) {
+        let (simd, lane) = (self.simd, way.lane);
+        let height = |place: usize| of(&outline.places[place], HEIGHT, lane);
         let (mut first, mut last) = (way.first, way.last);
         // the way ends where it turned
-        while last > first && outline.height[last] <= outline.height[last - 1] {
+        while last > first && height(last) <= height(last - 1) {
             last -= 1;
         }
-        while last > first && outline.height[first] >= outline.height[first + 1] {
+        while last > first && height(first) >= height(first + 1) {
+            first += 1;
+        }
+        // and a walk may have begun beyond reach
+        let is_beyond = |place: usize| of(&outline.places[place], RADIUS, lane) >= self.reach_m;
+        while last > first + 1 && is_beyond(last) && is_beyond(last - 1) {
+            last -= 1;
+        }
+        while last > first + 1 && is_beyond(first) && is_beyond(first + 1) {
             first += 1;
         }
         if first == last {
             return (0, 0);
         }
-        let (lowest, highest) =
-            (outline.within_reach(first, first + 1, self.reach_m), outline.within_reach(last, last - 1, self.reach_m));
+        let (lowest, highest) = (
+            outline.within_reach(lane, first, first + 1, self.reach_m),
+            outline.within_reach(lane, last, last - 1, self.reach_m),
+        );
         let (first_row, end_row) = (rows_below(lowest, self.rows), rows_below(highest, self.rows));
         if first_row >= end_row {
             return (0, 0);
         }
-        let radii = &outline.radius_m[first..=last];
-        let heights = &outline.height[first..=last];
-        let sides = &outline.side[first..=last];
-        let slopes = &mut outline.slope_m[first..=last];
-        let rise_min = RISE_MIN * self.rows;
-        let pieces = slopes.iter_mut().zip(radii.windows(2).zip(heights.windows(2)));
-        for (number, (slope_m, (radii, heights))) in pieces.enumerate() {
-            *slope_m = (radii[1] - radii[0]) / greater(heights[1] - heights[0], rise_min);
-            // the last place at or below a row is the one that counts
-            let row = rows_below(heights[0], self.rows).clamp(first_row, end_row);
-            outline.begun[row as usize] = number as u32;
+        let mut places = &outline.places[first..=last];
+        let mut begin = places[0][ROW][lane] as usize;
+        while let [place, others @ ..] = places
+            && let [next, ..] = others
+        {
+            places = others;
+            let (end, number) = (next[ROW][lane] as usize, (place[SIDE][lane] / 3) as u16);
+            let [radius, height, slope] = [of(place, RADIUS, lane), of(place, HEIGHT, lane), of(place, SLOPE, lane)];
+            // eight rows at a time: the last place at or below a row is the one that counts
+            loop {
+                let radii = (counted(simd, begin as f32) - height) * slope + radius;
+                radius_m[begin + LANES..][..LANES].copy_from_slice(&radii.to_array());
+                facet[begin + LANES..][..LANES].fill(number);
+                begin += LANES;
+                if begin >= end {
+                    break;
+                }
+            }
+            begin = end;
         }
-        let (first_row, end_row) = (first_row as usize, end_row as usize);
-        let rows = radius_m[first_row..end_row].iter_mut().zip(&mut facet[first_row..end_row]);
-        let mut number = 0;
-        for (row, ((radius_m, facet), begun)) in (first_row as i32..).zip(rows.zip(&mut outline.begun[first_row..])) {
-            number = number.max(core::mem::take(begun) as usize);
-            *radius_m = radii[number] + (row as f32 - heights[number]) * slopes[number];
-            *facet = sides[number] / 3;
-        }
-        outline.begun[end_row] = 0;
-        (first_row, end_row)
+        (first_row as usize, end_row as usize)
     }
 }
 
-/// Where a section's outline passes from one facet to the next, from the lowest place to the highest: the first that is
+/// Where the outlines of sections pass from one facet to the next, from the lowest place to the highest: the first that is
 /// met stands in the middle.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outline {
-    radius_m: Vec<f32>,
-    /// In rows.
-    height: Vec<f32>,
-    /// The side through which the facet above is entered.
-    side: Vec<u16>,
-    /// Radius gained with every row from here on, m.
-    slope_m: Vec<f32>,
-    /// For every row of a column, the last place at or below it, counted from the lowest one; zero between columns.
-    begun: Vec<u32>,
+    places: Vec<Place>,
 }
 
+/// Bits of the radius, m, of the height in rows, of the radius gained with every row from here on, m; the first row at or above; and
+/// the side through which the facet above is entered. One array, since it comes as zeros for nothing.
+type Place = [[u32; LANES]; 5];
+const RADIUS: usize = 0;
+const HEIGHT: usize = 1;
+const SLOPE: usize = 2;
+const ROW: usize = 3;
+const SIDE: usize = 4;
+
 impl Outline {
-    /// Makes room for a way once round any tool, and for a column.
-    pub(super) fn make_room(&mut self, rows: usize) {
+    /// Makes room for a way once round any tool.
+    pub(super) fn make_room(&mut self) {
         let places = 2 * ConvexTool::TRIANGLES_MAX + 1;
-        (self.radius_m, self.height) = (alloc::vec![0.0; places], alloc::vec![0.0; places]);
-        (self.side, self.slope_m) = (alloc::vec![0; places], alloc::vec![0.0; places]);
-        self.begun = alloc::vec![0; rows + 1];
+        // nothing of it is kept, and memory that is asked for as zeros costs nothing until it is used
+        self.places = alloc::vec![[[0; LANES]; 5]; places];
     }
 
-    /// Whether there is room for a column of so many rows.
-    pub(super) const fn has_room(&self, rows: usize) -> bool {
-        self.begun.len() > rows
+    /// Number of the first place that is met, and how many there are below and above it.
+    fn middle(&self) -> usize {
+        self.places.len() / 2
     }
 
     /// A side crossed about half way.
     pub(super) fn middle_side(&self, way: &Way) -> u16 {
-        self.side[(way.first + way.last) / 2]
+        self.places[(way.first + way.last) / 2][SIDE][way.lane] as u16
     }
 
-    /// Whether there was room for it.
+    /// The side crossed last on the way up.
+    pub(super) fn last_side(&self, way: &Way) -> u16 {
+        self.places[way.last][SIDE][way.lane] as u16
+    }
+
     #[inline(always)]
-    fn note(&mut self, place: usize, radius_m: f32, height: f32, side: u16) -> bool {
-        let is_inside = place < self.radius_m.len() && place < self.height.len() && place < self.side.len();
-        if is_inside {
-            self.radius_m[place] = radius_m;
-            self.height[place] = height;
-            self.side[place] = side;
-        }
-        is_inside
+    fn note<S: Simd>(&mut self, place: usize, [radius_m, height]: [f32x8<S>; 2], row: u32x8<S>, side: u32x8<S>) {
+        let room = &mut self.places[place];
+        (room[RADIUS], room[HEIGHT]) = (radius_m.to_bits().to_array(), height.to_bits().to_array());
+        (room[ROW], room[SIDE]) = (row.to_array(), side.to_array());
+    }
+
+    #[inline(always)]
+    fn incline<S: Simd>(&mut self, place: usize, slope_m: f32x8<S>) {
+        self.places[place][SLOPE] = slope_m.to_bits().to_array();
     }
 
     /// Height at the end of a way, or where it goes out of reach. The places stay, so that no row within reach depends on
     /// how far it is.
-    fn within_reach(&self, end: usize, before: usize, reach_m: f32) -> f32 {
-        let (inside_m, outside_m) = (self.radius_m[before], self.radius_m[end]);
+    fn within_reach(&self, lane: usize, end: usize, before: usize, reach_m: f32) -> f32 {
+        let [(inside_m, from), (outside_m, to)] =
+            [before, end].map(|place| (of(&self.places[place], RADIUS, lane), of(&self.places[place], HEIGHT, lane)));
         if outside_m > reach_m && inside_m < reach_m {
-            let share = (reach_m - inside_m) / (outside_m - inside_m);
-            self.height[before] + (self.height[end] - self.height[before]) * share
+            from + (to - from) * ((reach_m - inside_m) / (outside_m - inside_m))
         } else {
-            self.height[end]
+            to
         }
     }
 }
 
-/// A side that crosses a plane, from s ≤ 0 to s > 0, and its ends.
-pub(super) struct Crossing {
-    side: u16,
-    ends: [Vec4; 2],
+/// One of a place's numbers.
+#[inline(always)]
+const fn of(place: &Place, what: usize, lane: usize) -> f32 {
+    f32::from_bits(place[what][lane])
 }
 
 /// What was met on a near side, from the lowest place to the highest.
 pub(super) struct Way {
+    lane: usize,
     first: usize,
     last: usize,
     /// Least radius, m, also between and beyond the rows.
     pub(super) nearest_m: f32,
-    /// The side crossed last on the way up.
-    pub(super) last_side: u16,
 }
 
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+/// How far a walk went: the number of places, the least radius, m, and the highest (lowest) place, in rows.
+struct Gone<S: Simd> {
+    places: i32x8<S>,
+    nearest_m: f32x8<S>,
+    outermost: f32x8<S>,
 }
 
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// Goes round a section from one crossed side to the next.
-struct Walker {
-    /// The side through which the next facet is entered, and the first one.
-    at: u16,
-    first: u16,
-    /// The ends of the side crossed last: at s ≤ 0 and at s > 0.
-    ends: [Vec4; 2],
-    /// Number of the last place met.
-    place: usize,
-    /// Highest (lowest) place so far, in rows.
-    outermost: f32,
-    nearest_m: f32,
-    walks: bool,
-}
-
-impl Walker {
-    /// One that goes up from a crossed side, and one that goes down.
-    #[inline(always)]
-    fn pair(slice: &Slice<'_>, crossing: &Crossing, place: usize) -> (Self, Self) {
-        let met = meet(&crossing.ends);
-        let (ends, outermost, nearest_m) = (crossing.ends, met.z, met.y);
-        let from = |at| Self { at, first: at, ends, place, outermost, nearest_m, walks: true };
-        // outside of the facet that the side belongs to is the next one up
-        (from(slice.tool.twin(crossing.side)), from(crossing.side))
-    }
-
-    /// Through one facet, without a branch, to where it is left.
-    #[inline(always)]
-    fn step<const UP: bool>(&mut self, slice: &Slice<'_>) -> Vec4 {
-        let link = &slice.links[usize::from(self.at)];
-        let apex = slice.see(link.apex);
-        // the apex takes the place of the end on its own side
-        let aside = usize::from(apex.x > 0.0);
-        self.ends[aside] = apex;
-        self.at = link.onward[if UP { aside } else { 1 - aside }];
-        meet(&self.ends)
-    }
-
-    /// Through one facet, noting where it is left.
-    #[inline(always)]
-    fn advance<const UP: bool>(&mut self, slice: &Slice<'_>, outline: &mut Outline) {
-        let entered = self.at;
-        let left = self.step::<UP>(slice);
-        let (radius_m, height) = (left.y, left.z);
-        let place = if UP { self.place + 1 } else { self.place.wrapping_sub(1) };
-        // there is room for every facet each way
-        if !outline.note(place, radius_m, height, if UP { self.at } else { entered }) {
-            self.walks = false;
-            return;
-        }
-        self.place = place;
-        self.nearest_m = lesser(radius_m, self.nearest_m);
-        self.outermost = if UP { greater(height, self.outermost) } else { lesser(height, self.outermost) };
-        let has_turned =
-            if UP { height < self.outermost - slice.slack_rows } else { height > self.outermost + slice.slack_rows };
-        // once it recedes it goes on receding
-        let has_left = radius_m > greater(self.nearest_m + SLACK_M, slice.reach_m);
-        self.walks = !(has_turned | has_left | (self.at == self.first));
-    }
-}
-
-/// Where a side crosses the plane: always from its end at s ≤ 0, so that the same side gives the same point.
+/// Radius and height where sides cross their planes: always from their ends at s ≤ 0, so that the same side gives the same point.
 #[inline(always)]
-fn meet(ends: &[Vec4; 2]) -> Vec4 {
-    let [before, behind] = ends;
-    *before + (*behind - *before) * Vec4::splat(before.x / (before.x - behind.x))
+fn meet<S: Simd>([before, behind]: &[Seen<S>; 2]) -> [f32x8<S>; 2] {
+    let share = before[0] / (before[0] - behind[0]);
+    [before[1] + (behind[1] - before[1]) * share, before[2] + (behind[2] - before[2]) * share]
 }
 
-/// Number of rows whose height is below `height`, or at it, from none to all; without a call to round.
+/// Adding 3·2²² leaves no place behind the point, so that the sum is rounded to a whole number in its last bits.
+const WHOLE: f32 = 12_582_912.0;
+
+/// As [`Slices::rows_below`], of one height.
 #[inline(always)]
 fn rows_below(height: f32, rows: f32) -> u32 {
-    // adding 3·2²² leaves no place behind the point, so that the sum is rounded to a whole number in its last bits
-    const WHOLE: f32 = 12_582_912.0;
-    let within = greater(lesser(height, rows - 0.5), 0.0) + 0.5;
+    let within = if height < rows - 0.5 { height } else { rows - 0.5 };
+    let within = if within > 0.0 { within } else { 0.0 } + 0.5;
     (within + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
 }

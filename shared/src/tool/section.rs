@@ -5,11 +5,13 @@
 //! Invariant: the result depends on tool, pose, lattice and reach alone, and is finite for every finite pose.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 use super::ConvexTool;
-use super::outline::{Outline, Slice};
+use super::outline::{Outline, Slices};
+use crate::lanes::{LANES, Simd, Vectors, with_vectors};
 
 /// Where a tool is held, and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +88,17 @@ pub struct Section<'a> {
     pub far_facet: &'a [u16],
 }
 
+/// A section's rows eight by eight, from a row on that is a multiple of eight and at most the first.
+pub(crate) struct Eights<'a> {
+    pub(crate) column: u32,
+    pub(crate) first_row: u32,
+    /// Radius of the far side if that was asked for, or else of the near one, m; where no tool is, it is endlessly far from the
+    /// side that was asked for.
+    pub(crate) radii_m: &'a [[f32; LANES]],
+    /// Numbers of the triangles; where no tool is, of any that there are.
+    pub(crate) facets: &'a [[u16; LANES]],
+}
+
 /// Columns and rows that hold every section.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
@@ -122,8 +135,11 @@ pub struct Sections {
     /// First column looked at, and how many.
     columns: (usize, usize),
     sides: Option<Sides>,
+    /// Slots that are written.
+    slots: usize,
+    /// Rows of a slot: those of a column, with [`LANES`] more before the first and after the last.
     rows: usize,
-    /// `[spans][rows]`, written where the spans say.
+    /// `[slots][rows]`, written where the spans say.
     near_m: Vec<f32>,
     facet: Vec<u16>,
     far_m: Vec<f32>,
@@ -136,6 +152,11 @@ struct Span {
     column: u32,
     first_row: u32,
     end_row: u32,
+    /// Where its rows are written, and which of eight columns it is in.
+    slot: usize,
+    lane: usize,
+    /// Where the search for its far side begins, if that is wanted.
+    last_side: Option<u16>,
 }
 
 /// Which sides of the tool are wanted.
@@ -160,14 +181,16 @@ impl Sections {
     }
 
     fn lay_out(&mut self, columns: usize, rows: usize) {
-        self.rows = rows;
-        let elements = columns * rows;
-        if self.near_m.len() < elements || !self.outline.has_room(rows) {
+        self.rows = rows + 2 * LANES;
+        let elements = columns * self.rows;
+        if self.near_m.is_empty() {
+            self.outline.make_room();
+        }
+        if self.near_m.len() < elements {
             self.spans.reserve(columns);
             // nothing of it is kept, and memory that is asked for as zeros costs nothing until it is used
             (self.near_m, self.far_m) = (alloc::vec![0.0; elements], alloc::vec![0.0; elements]);
             (self.facet, self.far_facet) = (alloc::vec![0; elements], alloc::vec![0; elements]);
-            self.outline.make_room(rows);
         }
     }
 
@@ -177,87 +200,223 @@ impl Sections {
     /// which `r·e + z·k` lies in all of them. Sections thinner than 20 µm may be left out. Nothing is cut in a pose
     /// that is not finite.
     pub fn cut(&mut self, tool: &ConvexTool, pose: &Pose, lattice: &Lattice<'_>, reach_m: f32, sides: Sides) {
+        with_vectors!(Vectors::default(), simd => self.cut_with(simd, tool, pose, lattice, reach_m, sides));
+    }
+
+    /// The same with the vectors of a pass.
+    #[inline(never)]
+    pub(crate) fn cut_with<S: Simd>(
+        &mut self,
+        simd: S,
+        tool: &ConvexTool,
+        pose: &Pose,
+        lattice: &Lattice<'_>,
+        reach_m: f32,
+        sides: Sides,
+    ) {
         self.spans.clear();
         self.columns = (0, 0);
         self.sides = Some(sides);
+        self.slots = 0;
         let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) else { return };
         self.lay_out(lattice.directions.len(), lattice.rows as usize);
         let Some((side, first)) = cut.nearest() else { return };
         let columns = lattice.directions.len();
-        let mut ahead = Search { side, is_found: false };
-        let mut starts_here = None;
-        let mut visited = 0;
-        while visited < columns && self.column(&cut, (first + visited) % columns, &mut ahead) {
-            starts_here.get_or_insert((ahead.side, ahead.is_found));
-            visited += 1;
-        }
+        let mut ahead = Search { side, is_found: false, is_ahead: true, begun: None };
+        let visited = self.side_by_side(simd, &cut, &mut ahead, Ring { first, step: 1, count: columns });
         // the columns in reach stand side by side: behind the first one only if it is one of them, or none ahead is
-        let (side, is_found) = starts_here.unwrap_or((side, false));
-        let mut behind = Search { side, is_found };
+        let (side, is_found) = ahead.begun.unwrap_or((side, false));
         let mut visited_behind = 0;
         if is_found || !ahead.is_found {
-            while visited_behind < columns - visited
-                && self.column(&cut, (first + columns - visited_behind - 1) % columns, &mut behind)
-            {
-                visited_behind += 1;
-            }
+            let mut behind = Search { side, is_found, is_ahead: false, begun: None };
+            let ring = Ring { first: first + columns - 1, step: columns - 1, count: columns - visited };
+            visited_behind = self.side_by_side(simd, &cut, &mut behind, ring);
         }
         self.columns = ((first + columns - visited_behind) % columns, visited + visited_behind);
     }
 
-    /// Cuts one column and says whether its neighbour may be cut too.
-    fn column(&mut self, cut: &Cut<'_>, column: usize, search: &mut Search) -> bool {
-        let direction = cut.lattice.directions[column];
-        let slice = cut.slice(direction, cut.reach_m);
-        let Some(crossing) = slice.crossing(search.side) else { return false };
-        // too thin: a tip, behind which the tool may go on
-        let Some(way) = slice.walk(crossing, &mut self.outline) else { return !search.is_found };
-        search.side = self.outline.middle_side(&way);
-        if way.nearest_m > cut.reach_m {
-            return !search.is_found;
-        }
-        search.is_found = true;
-        let rows = self.spans.len() * self.rows..(self.spans.len() + 1) * self.rows;
-        let near_m = &mut self.near_m[rows.clone()];
-        let (mut first, mut end) = slice.fill(&way, &mut self.outline, near_m, &mut self.facet[rows.clone()]);
-        if way.nearest_m < 0.0 || cut.sides == Sides::Both {
-            // the far side is the near one of the other half of the plane
-            let (far_m, far_facet) = (&mut self.far_m[rows.clone()], &mut self.far_facet[rows]);
-            let opposite = cut.slice(-direction, f32::MAX);
-            let Some(crossing) = opposite.crossing(way.last_side) else { return true };
-            let Some(way) = opposite.walk(crossing, &mut self.outline) else { return true };
-            let far = opposite.fill(&way, &mut self.outline, far_m, far_facet);
-            (first, end) = (first.max(far.0), end.min(far.1));
-            // where it ends before the axis, no part of the tool is on this side
-            while first < end && far_m[first] > 0.0 {
-                first += 1;
-            }
-            while first < end && far_m[end - 1] > 0.0 {
-                end -= 1;
-            }
-            for row in first..end {
-                near_m[row] = near_m[row].max(0.0);
-                far_m[row] = near_m[row].max(-far_m[row]);
+    /// Cuts columns one beside the other as long as the next one may be cut too; how many.
+    fn side_by_side<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, search: &mut Search, ring: Ring) -> usize {
+        let mut visited = 0;
+        while visited < ring.count {
+            let count = LANES.min(ring.count - visited);
+            let columns = core::array::from_fn(|lane| ring.column(visited + lane, cut.lattice.directions.len()));
+            let found = self.eight(simd, cut, search, columns, count);
+            visited += found;
+            if found < count {
+                break;
             }
         }
-        if first < end {
-            self.spans.push(Span { column: column as u32, first_row: first as u32, end_row: end as u32 });
+        visited
+    }
+
+    /// Cuts up to eight columns; how many before the neighbour of one may not be cut.
+    #[inline(never)]
+    fn eight<S: Simd>(
+        &mut self,
+        simd: S,
+        cut: &Cut<'_>,
+        search: &mut Search,
+        columns: [usize; LANES],
+        count: usize,
+    ) -> usize {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let slices = cut.slices(simd, columns, 1.0, cut.reach_m);
+                let crossings = slices.crossings(search.side, count, search.is_ahead);
+                let ways = slices.walk(crossings, &mut self.outline);
+                let begun = self.spans.len();
+                let (mut visited, mut holds_axis) = (0, cut.sides == Sides::Both);
+                for (lane, way) in ways.iter().enumerate().take(count) {
+                    // the plane passes the tool by
+                    if crossings[lane].is_none() {
+                        break;
+                    }
+                    // too thin: a tip, behind which the tool may go on
+                    let way = way.as_ref();
+                    search.side = way.map_or(search.side, |way| self.outline.middle_side(way));
+                    let Some(way) = way.filter(|way| way.nearest_m <= cut.reach_m) else {
+                        if search.is_found {
+                            break;
+                        }
+                        search.begun.get_or_insert((search.side, false));
+                        visited += 1;
+                        continue;
+                    };
+                    search.is_found = true;
+                    search.begun.get_or_insert((search.side, true));
+                    visited += 1;
+                    holds_axis |= way.nearest_m < 0.0;
+                    let rows = self.slot(self.slots);
+                    let (near_m, facet) = (&mut self.near_m[rows.clone()], &mut self.facet[rows]);
+                    let (first, end) = slices.fill(way, &self.outline, near_m, facet);
+                    self.spans.push(Span {
+                        column: columns[lane] as u32,
+                        first_row: first as u32,
+                        end_row: end as u32,
+                        slot: self.slots,
+                        lane,
+                        last_side: (way.nearest_m < 0.0 || cut.sides == Sides::Both)
+                            .then(|| self.outline.last_side(way)),
+                    });
+                    self.slots += 1;
+                }
+                if holds_axis {
+                    self.far(simd, cut, columns, begun);
+                }
+                self.end(begun);
+                visited
+            },
+        )
+    }
+
+    /// Cuts the far side of the spans from number `begun` on, where it is wanted.
+    #[inline(never)]
+    fn far<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, columns: [usize; LANES], begun: usize) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                // the far side is the near one of the other half of the plane
+                let opposite = cut.slices(simd, columns, -1.0, f32::MAX);
+                let mut sides = [None; LANES];
+                for span in &self.spans[begun..] {
+                    sides[span.lane] = span.last_side;
+                }
+                let ways = opposite.walk(opposite.crossings_from(sides), &mut self.outline);
+                for number in begun..self.spans.len() {
+                    let span = self.spans[number];
+                    if span.last_side.is_none() {
+                        continue;
+                    }
+                    let rows = self.slot(span.slot);
+                    let (near_m, far_m) = (&mut self.near_m[rows.clone()], &mut self.far_m[rows.clone()]);
+                    let far = ways[span.lane]
+                        .as_ref()
+                        .map_or((0, 0), |way| opposite.fill(way, &self.outline, far_m, &mut self.far_facet[rows]));
+                    let mut first = far.0.max(span.first_row as usize);
+                    let mut end = far.1.min(span.end_row as usize);
+                    // where it ends before the axis, no part of the tool is on this side
+                    while first < end && far_m[LANES + first] > 0.0 {
+                        first += 1;
+                    }
+                    while first < end && far_m[LANES + end - 1] > 0.0 {
+                        end -= 1;
+                    }
+                    for (near_m, far_m) in near_m.iter_mut().zip(far_m).take(LANES + end).skip(LANES + first) {
+                        *near_m = near_m.max(0.0);
+                        *far_m = near_m.max(-*far_m);
+                    }
+                    (self.spans[number].first_row, self.spans[number].end_row) = (first as u32, end as u32);
+                }
+            },
+        );
+    }
+
+    /// Leaves out the spans without a row from number `begun` on, and puts the tool endlessly far beyond the others' ends.
+    #[inline(always)]
+    fn end(&mut self, begun: usize) {
+        let mut kept = begun;
+        for number in begun..self.spans.len() {
+            let span = self.spans[number];
+            if span.first_row >= span.end_row {
+                continue;
+            }
+            let rows = self.slot(span.slot);
+            let (radii_m, facets, beyond_m) = match self.sides {
+                Some(Sides::Both) => (&mut self.far_m[rows.clone()], &mut self.far_facet[rows], f32::NEG_INFINITY),
+                _ => (&mut self.near_m[rows.clone()], &mut self.facet[rows], f32::INFINITY),
+            };
+            let (first, end) = (span.first_row as usize, LANES + span.end_row as usize);
+            let facet = facets[LANES + first];
+            for begin in [first, end] {
+                radii_m[begin..begin + LANES].fill(beyond_m);
+                facets[begin..begin + LANES].fill(facet);
+            }
+            self.spans[kept] = span;
+            kept += 1;
         }
-        true
+        self.spans.truncate(kept);
+    }
+
+    /// The rows of a slot.
+    fn slot(&self, number: usize) -> Range<usize> {
+        number * self.rows..(number + 1) * self.rows
     }
 
     /// The columns that are cut, each once.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Section<'_>> {
-        self.spans.iter().enumerate().map(|(slot, span)| {
-            let start = slot * self.rows;
-            let rows = start + span.first_row as usize..start + span.end_row as usize;
+        self.spans.iter().map(|span| {
+            let slot = self.slot(span.slot);
+            let (first, end) = (slot.start + span.first_row as usize, slot.start + span.end_row as usize);
+            let rows = first + LANES..end + LANES;
+            let far_rows = if self.sides == Some(Sides::Both) { rows.clone() } else { 0..0 };
             Section {
                 column: span.column,
                 first_row: span.first_row,
                 near_m: &self.near_m[rows.clone()],
-                far_m: if self.sides == Some(Sides::Both) { &self.far_m[rows.clone()] } else { &[] },
-                facet: &self.facet[rows.clone()],
-                far_facet: if self.sides == Some(Sides::Both) { &self.far_facet[rows] } else { &[] },
+                far_m: &self.far_m[far_rows.clone()],
+                facet: &self.facet[rows],
+                far_facet: &self.far_facet[far_rows],
+            }
+        })
+    }
+
+    /// The same, eight rows at a time.
+    pub(crate) fn eights(&self) -> impl Iterator<Item = Eights<'_>> {
+        let (radii_m, facets) = match self.sides {
+            Some(Sides::Both) => (&self.far_m, &self.far_facet),
+            _ => (&self.near_m, &self.facet),
+        };
+        self.spans.iter().map(|span| {
+            let first_row = span.first_row as usize / LANES * LANES;
+            let start = span.slot * self.rows + LANES + first_row;
+            let rows = start..start + (span.end_row as usize - first_row).next_multiple_of(LANES);
+            Eights {
+                column: span.column,
+                first_row: first_row as u32,
+                radii_m: radii_m[rows.clone()].as_chunks().0,
+                facets: facets[rows].as_chunks().0,
             }
         })
     }
@@ -279,6 +438,23 @@ impl Sections {
 struct Search {
     side: u16,
     is_found: bool,
+    /// Whether it goes towards rising angle.
+    is_ahead: bool,
+    /// Side and finding after the first column.
+    begun: Option<(u16, bool)>,
+}
+
+/// Columns round the axis: the first, how far it is from one to the next, and how many.
+struct Ring {
+    first: usize,
+    step: usize,
+    count: usize,
+}
+
+impl Ring {
+    fn column(&self, number: usize, columns: usize) -> usize {
+        (self.first + number * self.step) % columns
+    }
 }
 
 /// Tool, pose and lattice, brought together once a press.
@@ -304,8 +480,16 @@ impl<'a> Cut<'a> {
         is_cut.then_some(Self { tool, turn, centre_m: pose.centre_m, lattice: *lattice, rows_per_m, reach_m, sides })
     }
 
-    fn slice(&self, direction: Vec2, reach_m: f32) -> Slice<'a> {
-        Slice::new(self.tool, (&self.turn, self.centre_m), direction, (self.lattice.rows, self.rows_per_m), reach_m)
+    /// The slices of columns, along their directions or against them.
+    #[inline(always)]
+    fn slices<S: Simd>(&self, simd: S, columns: [usize; LANES], sense: f32, reach_m: f32) -> Slices<'a, S> {
+        let mut directions = [[0.0; LANES]; 2];
+        for (lane, column) in columns.into_iter().enumerate() {
+            let direction = self.lattice.directions[column] * sense;
+            (directions[0][lane], directions[1][lane]) = (direction.x, direction.y);
+        }
+        let (pose, rows) = ((&self.turn, self.centre_m), (self.lattice.rows, self.rows_per_m));
+        Slices::new(simd, self.tool, pose, directions, rows, reach_m)
     }
 
     /// A direction of the room in the tool's own coordinates.
@@ -320,10 +504,10 @@ impl<'a> Cut<'a> {
     /// Goes from corner to corner, over the nearest point of the sides between them.
     fn nearest(&self) -> Option<(u16, usize)> {
         let tool = self.tool;
-        let from_above = self.slice(Vec2::X, self.reach_m);
         let place = |corner: u16| {
-            let seen = from_above.see(corner);
-            Vec2::new(seen.y, seen.x)
+            let corner = tool.corners_m()[usize::from(corner)];
+            (self.turn.x_axis.truncate() * corner.x + self.turn.y_axis.truncate() * corner.y)
+                + (self.turn.z_axis.truncate() * corner.z + self.centre_m.truncate())
         };
         let mut side = tool.outermost(self.in_tool(-self.centre_m.x, -self.centre_m.y));
         let mut nearest = place(tool.origin(side));

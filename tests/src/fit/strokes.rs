@@ -71,6 +71,9 @@ const DRAWINGS: &[Drawing] = &[
 /// Drawings that nothing is fitted to.
 const HELD_OUT: &[Drawing] = &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0)];
 
+/// A bite deeper than anything is fitted to.
+const DEEP: &[Drawing] = &[drawing!("stroke_d2", 12.0, 1: 2.0 0.0)];
+
 /// What a method makes of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub struct StrokeFigures {
@@ -104,6 +107,14 @@ pub fn draw(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFig
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
     draw_all(HELD_OUT, method, grid)
+}
+
+/// Draws with a method a bite that is twice as deep as those that are fitted to.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged or the pot cannot be made.
+pub fn draw_deep(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(DEEP, method, grid)
 }
 
 fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {

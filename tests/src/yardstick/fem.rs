@@ -1,7 +1,7 @@
 //! A finite-element method for clay: the offline truth that the studio's own, much quicker clay is fitted to and held
 //! against. Nonlinear, elastic-plastic, in motion; minutes for a press.
 //!
-//! Owns a wall of bricks ([`mesh`], [`element`]), its motion under rigid tools ([`body`]), the presses and strokes made
+//! Owns a wall of bricks ([`mesh`], [`element`]), its motion under rigid tools ([`body`]), its mesh anew ([`rezone`]), the presses and strokes made
 //! with it ([`press`], [`stroke`], [`cases`]) and their tables ([`tables`]). Units are SI; tables are in millimetres.
 //! Invariant: nothing here knows the studio's clay, so agreement between the two says something.
 //!
@@ -13,5 +13,6 @@ pub mod element;
 mod lanes;
 pub mod mesh;
 pub mod press;
+pub mod rezone;
 pub mod stroke;
 pub mod tables;

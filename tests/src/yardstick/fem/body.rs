@@ -77,8 +77,8 @@ pub struct Body {
     pub step_s: f64,
     courant: f64,
     until_check: u32,
-    memory: Vec<Memory>,
-    corners: Vec<[[u32; CORNERS]; WIDTH]>,
+    pub(super) memory: Vec<Memory>,
+    pub(super) corners: Vec<[[u32; CORNERS]; WIDTH]>,
 }
 
 impl Body {
@@ -222,7 +222,7 @@ fn thinnest_m(bricks: &[[u32; CORNERS]], nodes: &[[f64; 3]]) -> f64 {
 }
 
 #[inline(always)]
-fn gather(values: &[[f64; 3]], batch: &[[u32; CORNERS]; WIDTH], factor: f64) -> [Vector; CORNERS] {
+pub(super) fn gather(values: &[[f64; 3]], batch: &[[u32; CORNERS]; WIDTH], factor: f64) -> [Vector; CORNERS] {
     let mut out = [[Lanes::ZERO; 3]; CORNERS];
     for lane in 0..WIDTH {
         for corner in 0..CORNERS {

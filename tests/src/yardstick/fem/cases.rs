@@ -111,6 +111,7 @@ fn drawn(ball_mm: f64, strokes_mm: &[[f64; 2]]) -> Drawing {
         speed_m_s: 0.6,
         material: CLAY,
         pace: Pace { load_s_m: 10.0, rest_s: 0.010, courant: 0.8, ..BACKED_PACE },
+        rezoned: false,
     }
 }
 
@@ -138,6 +139,7 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("stroke_d1f4", drawn(12.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_ball16_d1f4", drawn(16.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("stroke_d2", Drawing { rezoned: true, ..drawn(12.0, &[[2.0, 0.0]]) }),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()

@@ -8,6 +8,7 @@ use super::body::{Body, Obstacle};
 use super::element::Material;
 use super::mesh::{Mesh, even, graded};
 use super::press::{CLEAR_M, Diverged, Pace, WITHDRAWAL, Wall, ramp};
+use super::rezone::Lines;
 use super::tables::{Profile, sides};
 
 /// A wall on a lubricated mandrel and the strokes of a ball along it.
@@ -29,6 +30,8 @@ pub struct Drawing {
     pub material: Material,
     /// How the calculation runs.
     pub pace: Pace,
+    /// Whether the nodes go back to their lines as the clay moves on: without it a deep bite folds the mesh.
+    pub rezoned: bool,
 }
 
 /// Force on the ball (N): radial, positive outwards; tangential, negative against its motion; axial, positive upwards.
@@ -52,9 +55,15 @@ pub struct Stroke {
 /// Stretch of path over which the tool gathers or loses its speed (m).
 const START_M: f64 = 0.006;
 
+/// Steps between two looks at how far nodes have gone astray, and how many bricks that may be.
+const STEPS_BETWEEN_LOOKS: u32 = 10;
+const ASTRAY: f64 = 0.3;
+
 struct Run {
     case: Drawing,
     body: Body,
+    lines: Option<Lines>,
+    until_look: u32,
     outer: Vec<u32>,
     inner: Vec<u32>,
     arc_m: f64,
@@ -87,7 +96,8 @@ impl Run {
             }
         }
         let (outer, inner) = sides(&body.mesh);
-        Self { case: case.clone(), body, outer, inner, arc_m: 0.0, height_m: 0.0, time_s: 0.0 }
+        let lines = case.rezoned.then(|| Lines::of(&body));
+        Self { lines, until_look: 0, case: case.clone(), body, outer, inner, arc_m: 0.0, height_m: 0.0, time_s: 0.0 }
     }
 
     fn step(&mut self, depth_m: f64) -> Forces {
@@ -99,6 +109,12 @@ impl Run {
         let mut reactions = [[0.0; 3]; 2];
         self.body.step(&[(ball, &self.outer), (Obstacle::Film(radius_m - wall_m), &self.inner)], &mut reactions);
         self.time_s += self.body.step_s;
+        if let Some(lines) = &self.lines {
+            if self.until_look == 0 {
+                lines.rezone(&mut self.body, ASTRAY);
+            }
+            self.until_look = self.until_look.checked_sub(1).unwrap_or(STEPS_BETWEEN_LOOKS - 1);
+        }
         let [x, y, z] = reactions[0];
         [x * cos + y * sin, y * cos - x * sin, z]
     }
@@ -146,7 +162,8 @@ impl Run {
         self.plunge(CLEAR_M, depth_m, pace.load_s_m * (depth_m - CLEAR_M));
         let moving_n = self.draw(depth_m);
         let held_n = self.plunge(depth_m, depth_m, pace.rest_s);
-        if !moving_n.iter().chain(&held_n).all(|part| part.is_finite()) {
+        // a body that is lost is touched by nothing, so that its forces may be finite
+        if !self.body.kinetic_j().is_finite() || !moving_n.iter().chain(&held_n).all(|part| part.is_finite()) {
             return Err(Diverged { time_s: self.time_s, courant: pace.courant });
         }
         let loaded = Profile::of(&self.body);

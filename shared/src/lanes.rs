@@ -1,16 +1,16 @@
 //! Eight numbers worked on at once, with the widest vectors that the processor has.
 //!
-//! Owns how eight lanes are kept, read and summed; what is done with them is the methods'. A pass over the clay is written once, for
+//! Owns how eight lanes are kept, read and summed; what is done with them is clay's and tools'. A pass is written once, for
 //! any vectors, and compiled for each kind; all of it has to be `#[inline(always)]`, or what is called would be compiled for the
 //! narrowest.
 //! Invariant: the lanes and the order of their sums are the same whatever the processor offers, and no product is joined with a
 //! sum, so that results are the same bits.
 
-pub(super) use fearless_simd::prelude::*;
-pub(super) use fearless_simd::{Level, f32x8, i32x8, mask32x8, u32x8};
+pub(crate) use fearless_simd::prelude::*;
+pub(crate) use fearless_simd::{Level, f32x8, i32x8, mask32x8, u32x4, u32x8};
 
 /// Elements worked on at once.
-pub(super) const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Vectors in which the clay is worked on; its result is the same with any.
 #[derive(Clone, Copy, Debug)]
@@ -53,21 +53,21 @@ pub(crate) use with_vectors;
 
 /// A part of a pass that is a function of its own, so that its figures find room in the registers.
 #[inline(never)]
-pub(super) fn apart<S: Simd, R>(simd: S, part: impl FnOnce() -> R) -> R {
+pub(crate) fn apart<S: Simd, R>(simd: S, part: impl FnOnce() -> R) -> R {
     simd.vectorize(part)
 }
 
 /// Eight numbers at rest.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
-pub(super) struct Eight(pub(super) [f32; LANES]);
+pub(crate) struct Eight(pub(crate) [f32; LANES]);
 
 impl Eight {
-    pub(super) const ZERO: Self = Self([0.0; LANES]);
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
 
     /// The numbers, to be worked on.
     #[inline(always)]
-    pub(super) fn on<S: Simd>(&self, simd: S) -> f32x8<S> {
+    pub(crate) fn on<S: Simd>(&self, simd: S) -> f32x8<S> {
         f32x8::load_array_ref(simd, &self.0)
     }
 }
@@ -81,40 +81,58 @@ impl<S: Simd> From<f32x8<S>> for Eight {
 
 /// The same number eight times.
 #[inline(always)]
-pub(super) fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
+pub(crate) fn splat<S: Simd>(simd: S, value: f32) -> f32x8<S> {
     f32x8::splat(simd, value)
 }
 
 /// `lanes` where `there`, zero elsewhere.
 #[inline(always)]
-pub(super) fn only<S: Simd>(there: mask32x8<S>, lanes: f32x8<S>) -> f32x8<S> {
+pub(crate) fn only<S: Simd>(there: mask32x8<S>, lanes: f32x8<S>) -> f32x8<S> {
     let there: u32x8<S> = there.to_vector().bitcast();
     f32x8::from_bits(lanes.to_bits() & there)
 }
 
 /// Which lanes are greater than zero.
 #[inline(always)]
-pub(super) fn positive<S: Simd>(lanes: f32x8<S>) -> mask32x8<S> {
+pub(crate) fn positive<S: Simd>(lanes: f32x8<S>) -> mask32x8<S> {
     lanes.simd_gt(splat(lanes.simd, 0.0))
 }
 
 /// `from`, and one more from lane to lane.
 #[inline(always)]
-pub(super) fn counted<S: Simd>(simd: S, from: f32) -> f32x8<S> {
+pub(crate) fn counted<S: Simd>(simd: S, from: f32) -> f32x8<S> {
     f32x8::load_array_ref(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) + from
 }
 
 /// Up to eight values, the rest zero.
 #[inline(always)]
-pub(super) fn load<S: Simd>(simd: S, values: &[f32]) -> f32x8<S> {
+pub(crate) fn load<S: Simd>(simd: S, values: &[f32]) -> f32x8<S> {
     let mut lanes = [0.0; LANES];
     lanes[..values.len()].copy_from_slice(values);
     f32x8::load_array_ref(simd, &lanes)
 }
 
+/// Eight rows of four numbers' bits, given one by one, as columns.
+#[inline(always)]
+pub(crate) fn columns<S: Simd>(simd: S, mut row: impl FnMut(usize) -> [u32; 4]) -> [u32x8<S>; 4] {
+    // written out: mapped, they would be functions of their own
+    let [x, y, z, w] = four_columns(simd, [row(0), row(1), row(2), row(3)]);
+    let [others_x, others_y, others_z, others_w] = four_columns(simd, [row(4), row(5), row(6), row(7)]);
+    [x.combine(others_x), y.combine(others_y), z.combine(others_z), w.combine(others_w)]
+}
+
+#[inline(always)]
+fn four_columns<S: Simd>(simd: S, [a, b, c, d]: [[u32; 4]; 4]) -> [u32x4<S>; 4] {
+    let (a, b) = (u32x4::load_array(simd, a), u32x4::load_array(simd, b));
+    let (c, d) = (u32x4::load_array(simd, c), u32x4::load_array(simd, d));
+    let (first, second) = (a.zip_low(c), b.zip_low(d));
+    let (third, fourth) = (a.zip_high(c), b.zip_high(d));
+    [first.zip_low(second), first.zip_high(second), third.zip_low(fourth), third.zip_high(fourth)]
+}
+
 /// The sum of all lanes, in one order everywhere.
 #[inline(always)]
-pub(super) fn sum<S: Simd>(lanes: f32x8<S>) -> f32 {
+pub(crate) fn sum<S: Simd>(lanes: f32x8<S>) -> f32 {
     let [a, b, c, d, e, f, g, h] = lanes.to_array();
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
@@ -123,6 +141,6 @@ pub(super) fn sum<S: Simd>(lanes: f32x8<S>) -> f32 {
 ///
 /// The same as libm's, which is an instruction without vectors: where they are wider than 16 bytes, a processor stops for it.
 #[inline(always)]
-pub(super) fn root(square: f32) -> f32 {
+pub(crate) fn root(square: f32) -> f32 {
     wide::f32x4::splat(square).sqrt().to_array()[0]
 }
