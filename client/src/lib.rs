@@ -30,6 +30,7 @@ mod way_back;
 mod worker;
 
 pub use pottery_files::{pot_file, whole_file};
+pub use quinn::Endpoint;
 
 pub use claim::{Claim, Core, CoreError, Granted, Priority};
 pub use connection::{JoinError, Joined, Target, join};

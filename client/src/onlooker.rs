@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use pottery_shared::protocol::Purpose;
-use pottery_shared::session::Watcher;
+use pottery_shared::session::{Implausible, Watcher};
 use tokio::sync::Notify;
 use tokio::time::{Instant, MissedTickBehavior, timeout};
 
@@ -39,8 +39,10 @@ pub struct WatchReport {
     pub retold: u64,
     /// How often it asked for what was missing.
     pub asked: u64,
-    /// Messages that made no sense.
+    /// Messages that made no sense or could not be true.
     pub malformed: u64,
+    /// What could not be true of them.
+    pub implausible: Implausible,
     /// How the connection ended.
     pub link: Link,
 }
@@ -260,6 +262,7 @@ impl Task {
             retold: watcher.retold(),
             asked: watcher.asked(),
             malformed,
+            implausible: watcher.implausible(),
             link,
         }
     }

@@ -29,6 +29,8 @@ pub struct PotterOptions {
     pub record: bool,
     /// What the hand's thread asks of the system.
     pub claim: Claim,
+    /// Whether the tool stays lifted until the wheel's clay is there, as for who has seen it already: a hand would press an untouched pot.
+    pub waits: bool,
 }
 
 /// What a potter's stay gave.
@@ -80,7 +82,7 @@ impl Seat {
         let (commands, received) = mpsc::channel(64);
         view.lock().fingerprint = joined.fingerprint;
         let way_back = WayBack::new(endpoint.clone(), target, purpose, joined.fingerprint);
-        let worker = Worker::new((joined, session, epoch), net_side, view.clone(), received, way_back, options.record);
+        let worker = Worker::new((joined, session, epoch), net_side, view.clone(), received, way_back, options);
         Ok(Self { view, status, commands, epoch, worker, hand })
     }
 }

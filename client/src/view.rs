@@ -37,6 +37,8 @@ pub struct View {
     pub pot: Pot,
     /// The clay to draw: predicted, with corrections that fade in.
     pub picture: Fade,
+    /// False while one who waits for the wheel's clay has an untouched pot in its place.
+    pub is_whole: bool,
     /// Tiles of the picture to draw anew.
     pub changed: Touched,
     /// The convex tools of the wheel, by their number.
@@ -84,6 +86,7 @@ impl SharedView {
             changed,
             picture: Fade::new(&pot),
             pot,
+            is_whole: false,
             rack: session.rack(),
             brought: None,
             steps: *session.steps(),

@@ -11,7 +11,7 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 use pottery_shared::clay::{Form, Material};
 use pottery_shared::protocol::{DATAGRAM_MAX, Order, Request};
-use pottery_shared::session::{Client, ClientEvent, MendCounts, StepCounts};
+use pottery_shared::session::{Client, ClientError, ClientEvent, Implausible, MendCounts, StepCounts};
 use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{ConvexTool, ToolSample};
 use pottery_shared::units::Rpm;
@@ -22,6 +22,7 @@ use web_transport_quinn::Session;
 use crate::boundary::NetSide;
 use crate::connection::Joined;
 use crate::guiding::{GuideCommand, Guiding};
+use crate::potter::PotterOptions;
 use crate::remote_hands::RemoteHands;
 use crate::streams::{Arrival, Streams, closed_or_lost};
 use crate::stroke::StrokeRecorder;
@@ -90,8 +91,12 @@ pub struct NetworkReport {
     pub resyncs: u64,
     /// How the confirmed clay came.
     pub steps: StepCounts,
-    /// Datagrams that made no sense.
+    /// Datagrams and keyframes that made no sense or could not be true.
     pub malformed: u64,
+    /// What could not be true of them.
+    pub implausible: Implausible,
+    /// Datagrams that the connection did not take; what was in them was said again.
+    pub unsent: u64,
     /// The stroke that was recorded, if one was asked for.
     pub recording: Option<StrokeRecorder>,
 }
@@ -123,6 +128,8 @@ pub struct Worker {
     /// Not before then is prediction put on new clay.
     rebase_after: Instant,
     way_back: WayBack,
+    /// Whether view and hand still have the clay of the connection before, until this one's is whole.
+    is_coming: bool,
     records: bool,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
@@ -136,8 +143,10 @@ impl Worker {
         view: SharedView,
         commands: mpsc::Receiver<Command>,
         way_back: WayBack,
-        records: bool,
+        PotterOptions { record: records, waits: is_coming, .. }: PotterOptions,
     ) -> Self {
+        side.status().hold(is_coming);
+        view.lock().is_whole = !is_coming;
         let Joined { connection, streams: Streams { outgoing, arriving }, .. } = joined;
         side.status().set_tick_offset(session.tick_offset());
         let histogram = |highest| Histogram::new_with_bounds(1, highest, 3).expect("these bounds are valid");
@@ -153,6 +162,8 @@ impl Worker {
             resyncs: 0,
             steps: StepCounts::default(),
             malformed: 0,
+            implausible: Implausible::default(),
+            unsent: 0,
             recording: None,
         };
         Self {
@@ -170,6 +181,7 @@ impl Worker {
             report,
             rebase_after: Instant::now(),
             way_back,
+            is_coming,
             records,
             first_recorded: None,
             last_recorded: None,
@@ -255,8 +267,8 @@ impl Worker {
                 },
             }
             self.rebase();
-            if !self.hand_on().await {
-                break Link::Closed;
+            if let Err(link) = self.hand_on().await {
+                break link;
             }
             if leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
                 break self.say_goodbye().await;
@@ -323,16 +335,18 @@ impl Worker {
         {
             if let Err(error) = self.connection.send_datagram(bytes.into()) {
                 // what is lost is repeated
+                self.report.unsent += 1;
                 tracing::trace!(%error, "a datagram was not sent");
             }
         }
     }
 
-    /// Hands on what the session has for server, hand and view; false when the control stream is closed.
-    async fn hand_on(&mut self) -> bool {
+    /// Hands on what the session has for server, hand and view; how the connection ends when the control stream is closed or the session can no
+    /// longer be gone on with.
+    async fn hand_on(&mut self) -> Result<(), Link> {
         while let Some(frame) = self.session.poll_control() {
             if self.outgoing.send(frame).await.is_err() {
-                return false;
+                return Err(Link::Closed);
             }
         }
         let mut is_corrected = false;
@@ -357,19 +371,26 @@ impl Worker {
                 ClientEvent::Class(event) => self.hear_of_class(event),
                 ClientEvent::Guidance(event) => self.guiding.hear(event, &self.session, &mut self.side, &self.view),
                 ClientEvent::Hand => self.guiding.hear_hand(&self.session, &mut self.side, &self.view),
+                ClientEvent::Leapt => return Err(Link::Lost(ClientError::Leapt.to_string())),
                 ClientEvent::Closing => tracing::info!("the studio closes"),
             }
+        }
+        self.side.status().set_tick_offset(self.session.tick_offset());
+        if self.is_coming && !self.arrive() {
+            return Ok(());
         }
         if is_corrected {
             self.side.publish(|patch| self.session.patch_into(patch));
         }
-        self.side.status().set_tick_offset(self.session.tick_offset());
         self.show();
-        true
+        Ok(())
     }
 
     /// Brings the view's clay up to the predicted one.
     fn draw(&mut self, change: Change) {
+        if self.is_coming {
+            return;
+        }
         let now = self.epoch.elapsed();
         let mut view = self.view.lock();
         let view = &mut *view;
@@ -402,7 +423,9 @@ impl Worker {
 
     async fn say_goodbye(&mut self) -> Link {
         self.session.request(&Request::Leave);
-        self.hand_on().await;
+        if self.hand_on().await.is_err() {
+            tracing::debug!("the control stream is closed");
+        }
         if tokio::time::timeout(Duration::from_secs(1), self.connection.closed()).await.is_err() {
             tracing::debug!("the server did not confirm the goodbye");
         }
@@ -423,6 +446,7 @@ impl Worker {
         let (session, report) = (&self.session, &mut self.report);
         let (mends, steps) = (session.mend_counts(), session.step_counts());
         report.mismatches += session.mismatches();
+        report.implausible += *session.implausible();
         report.mends.asked += mends.asked;
         report.mends.whole += mends.whole;
         report.mends.tiles += mends.tiles;

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pottery_shared::clay::{
-    Form, GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
+    Form, GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, ResolutionError,
+    Support, Wetness, Wheel,
 };
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::snapshot::PotRecord;
@@ -58,10 +59,45 @@ pub struct ServerConfig {
     pub is_announced: bool,
     /// Where operators on this machine ask how the server is.
     pub operate: Option<SocketAddr>,
+    /// From what the pot's grid follows, in the place of its own shape.
+    pub finest: Option<Finest>,
     /// How often people may knock.
     pub arrivals: Arrivals,
     /// How much people may send.
     pub input: Input,
+}
+
+/// What clay is worked with and looked at, as far as its grid goes by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finest {
+    /// Radius of the smallest tool.
+    pub tool: Metres,
+    /// Shortest length that anybody sees on the clay.
+    pub seen: Metres,
+}
+
+impl Finest {
+    /// What is seen of a pot that fills a large screen.
+    pub const SEEN: Metres = Metres(0.1e-3);
+
+    /// For the smallest tool and, where it is known, the finest viewer.
+    #[must_use]
+    pub fn of_mm(tool: f32, seen: Option<f32>) -> Self {
+        Self { tool: Metres::from_mm(tool), seen: seen.map_or(Self::SEEN, Metres::from_mm) }
+    }
+
+    /// The grid for a pot of a form, by the form's greatest width.
+    fn shape(self, form: Form, pot: PotSpec) -> Result<GridShape, ConfigError> {
+        let pot = match form {
+            Form::Cylinder => pot,
+            form => {
+                let made = form.pot(PotSpec { shape: GridShape::new(8, 200)?, ..pot })?;
+                let radii_m = made.surfaces().iter().flat_map(|surface| surface.radii_m());
+                PotSpec { radius: Metres(radii_m.copied().fold(0.0, f32::max)), ..*made.spec() }
+            }
+        };
+        Ok(GridShape::for_tool_and_view(&pot, self.tool, self.seen)?)
+    }
 }
 
 impl ServerConfig {
@@ -76,11 +112,14 @@ impl ServerConfig {
     /// Most people in one process.
     pub const PEOPLE_MAX: u16 = 4096;
 
-    /// Checks what types cannot.
+    /// Checks what types cannot, and gives the pot the grid that follows from [`ServerConfig::finest`].
     ///
     /// # Errors
     /// [`ConfigError`] naming the setting and its range.
-    pub fn checked(self) -> Result<Self, ConfigError> {
+    pub fn checked(mut self) -> Result<Self, ConfigError> {
+        if let Some(finest) = self.finest {
+            self.pot.shape = finest.shape(self.form, self.pot)?;
+        }
         let within = |setting: &'static str, value: u16, max: u16| {
             if (1..=max).contains(&value) { Ok(()) } else { Err(ConfigError::Count { setting, value, max }) }
         };
@@ -140,6 +179,7 @@ impl Default for ServerConfig {
             class: None,
             is_announced: true,
             operate: None,
+            finest: None,
             arrivals: Arrivals::default(),
             input: Input::default(),
         }
@@ -170,6 +210,15 @@ pub enum ConfigError {
     /// A pot that cannot be made.
     #[error(transparent)]
     Pot(#[from] PotError),
+    /// No grid follows from the smallest tool and the finest viewer.
+    #[error(transparent)]
+    Finest(#[from] ResolutionError),
+    /// A grid named twice.
+    #[error("'smallest_tool_mm' says how fine the grid is: leave 'columns' and 'rows' out")]
+    GridTwice,
+    /// A viewer without a tool.
+    #[error("'finest_view_mm' makes a grid coarser than the smallest tool needs: give 'smallest_tool_mm' as well")]
+    ViewAlone,
     /// A code nobody could type.
     #[error(transparent)]
     Code(#[from] JoinCodeError),
@@ -299,6 +348,8 @@ pub struct FileConfig {
     people_max: Option<u16>,
     columns: Option<u32>,
     rows: Option<u32>,
+    smallest_tool_mm: Option<f32>,
+    finest_view_mm: Option<f32>,
     height_mm: Option<f32>,
     radius_mm: Option<f32>,
     wall_mm: Option<f32>,
@@ -346,6 +397,8 @@ impl FileConfig {
             people_max: Some(config.people_max),
             columns: Some(pot.shape.columns()),
             rows: Some(pot.shape.rows()),
+            smallest_tool_mm: None,
+            finest_view_mm: None,
             height_mm: has_measures.then_some(mm(pot.height)),
             radius_mm: has_measures.then_some(mm(pot.radius)),
             wall_mm: Some(mm(pot.wall)),
@@ -379,6 +432,11 @@ impl FileConfig {
         let pot = &mut config.pot;
         let (columns, rows) = (pot.shape.columns(), pot.shape.rows());
         pot.shape = GridShape::new(self.columns.unwrap_or(columns), self.rows.unwrap_or(rows))?;
+        config.finest = match (self.smallest_tool_mm, self.finest_view_mm) {
+            (Some(_), _) if self.columns.is_some() || self.rows.is_some() => return Err(ConfigError::GridTwice),
+            (None, Some(_)) => return Err(ConfigError::ViewAlone),
+            (tool, seen) => tool.map(|tool| Finest::of_mm(tool, seen)),
+        };
         pot.height = self.height_mm.map_or(pot.height, Metres::from_mm);
         pot.radius = self.radius_mm.map_or(pot.radius, Metres::from_mm);
         pot.wall = self.wall_mm.map_or(pot.wall, Metres::from_mm);

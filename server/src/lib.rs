@@ -9,6 +9,7 @@ mod bucket;
 mod certificate;
 mod config;
 mod connection;
+mod crew;
 mod doorkeeper;
 mod event;
 mod figures;
@@ -26,7 +27,8 @@ mod transport;
 
 pub use bounds::{CONNECTION_BYTES_MAX, CONTROL_BYTES, CONTROL_QUEUE, KEYFRAME_BYTES};
 pub use certificate::Certificate;
-pub use config::{ConfigError, FileConfig, ServerConfig};
+pub use config::{ConfigError, FileConfig, Finest, ServerConfig};
+pub use crew::Helpers;
 pub use doorkeeper::{Arrivals, InputCounts};
 pub use figures::Figures;
 pub use input::Input;

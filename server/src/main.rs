@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use pottery_server::{FileConfig, Server, ServerConfig};
+use pottery_server::{FileConfig, Finest, Server, ServerConfig};
 use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 
@@ -59,6 +59,13 @@ struct Flags {
     /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
     #[arg(long, value_name = "NAME", value_parser = form, env = "POTTERY_FORM")]
     form: Option<Form>,
+    /// Radius of the smallest tool that anybody will use, mm: the grid of every pot is as coarse as that tool allows. A finger has
+    /// 8 to 12, and takes a tenth of the elements [default: 360 x 400 of them, which do for 4 mm]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    smallest_tool_mm: Option<f32>,
+    /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
+    #[arg(long, value_name = "MM", requires = "smallest_tool_mm", allow_negative_numbers = true)]
+    finest_view_mm: Option<f32>,
     /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
     #[arg(long, value_name = "NAME", value_parser = support, env = "POTTERY_SUPPORT")]
     support: Option<Support>,
@@ -87,8 +94,8 @@ struct Flags {
     /// How the log is written on standard error
     #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
     log: Log,
-    /// Settings in TOML: listen, code, code_hours, lobby, class, announce, wheels, people_max, columns, rows, height_mm, radius_mm, wall_mm, form,
-    /// method, wheel_rpm, clay, wetness, support, data, operate, [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback, and
+    /// Settings in TOML: listen, code, code_hours, lobby, class, announce, wheels, people_max, columns, rows, smallest_tool_mm, finest_view_mm,
+    /// height_mm, radius_mm, wall_mm, form, method, wheel_rpm, clay, wetness, support, data, operate, [arrivals] with burst, per_s, wrong_code_costs, exempts_loopback, and
     /// [input] with datagrams_per_s, datagram_bytes_per_s, requests_per_s, request_bytes_per_s of each person, spare_people of each address
     #[arg(long, value_name = "FILE", env = "POTTERY_CONFIG")]
     config: Option<PathBuf>,
@@ -108,6 +115,7 @@ const EXAMPLES: &str = "Examples:
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
   pottery-server --listen 127.0.0.1:5000          this machine only
   pottery-server --clay soft                      wetter clay on every wheel
+  pottery-server --smallest-tool-mm 10            a grid for fingers: more wheels on a small machine
   pottery-server --record monday.session          keep what happens, for pottery-studio replay
   pottery-server --data pots                      keep the pots, and go on with them at the next start
   pottery-server --operate 127.0.0.1:4748         answer this machine's operators
@@ -183,6 +191,9 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.pot.support = flags.support.unwrap_or(config.pot.support);
     if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
         config.clay = Material::from_wetness(wetness);
+    }
+    if let Some(tool) = flags.smallest_tool_mm {
+        config.finest = Some(Finest::of_mm(tool, flags.finest_view_mm));
     }
     config.data = flags.data.or(config.data);
     config.is_fresh = flags.fresh;

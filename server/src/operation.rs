@@ -151,7 +151,12 @@ fn page(figures: &Figures) -> String {
     };
     let counts = &figures.counts;
     one("ticks_total", "counter", "Milliseconds of the studio's time that were done.", figures.ticks);
-    one("late_total", "counter", "Times the tick fell behind by more than a snapshot's period.", figures.late);
+    one(
+        "late_total",
+        "counter",
+        "Times the room woke up later than it was to by more than a snapshot's period.",
+        figures.late,
+    );
     one("people", "gauge", "People who are in, those who look on included.", figures.people as u64);
     one("joined_total", "counter", "People let in.", counts.joined);
     one("refused_total", "counter", "Connections refused by the room.", counts.refused);
@@ -173,6 +178,12 @@ fn page(figures: &Figures) -> String {
     one("datagrams_dropped_total", "counter", "Datagrams that a connection could not take.", figures.dropped_datagrams);
     one("repeats_total", "counter", "Requests to say again what was lost.", counts.repeats);
     one("resyncs_total", "counter", "Requests for keyframes.", counts.resyncs);
+    one(
+        "never_were_total",
+        "counter",
+        "Requests of both kinds for a snapshot that never was, refused.",
+        counts.never_were,
+    );
     one("samples_refused_total", "counter", "Samples of tools that were refused.", counts.refusals.total());
     one("pots_written_total", "counter", "Pots written to the data folder.", figures.store.written);
     one("pots_unwritten", "gauge", "Pots in a row that could not be written.", figures.store.failures);

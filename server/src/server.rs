@@ -97,7 +97,7 @@ pub struct Standing {
     pub counts: RoomCounts,
     /// Datagrams that a connection could not take at once.
     pub dropped_datagrams: u64,
-    /// Times the tick fell behind by more than a snapshot's period.
+    /// Times the room woke up later than it was to by more than a snapshot's period.
     pub late: u64,
 }
 

@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use pottery_files::pot_file::PotFile;
+use pottery_shared::protocol::DATAGRAM_MAX;
 use pottery_shared::room::{Lane, PeerId, Room};
 use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 
+use crate::crew::Workers;
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::lesson::Lesson;
@@ -25,16 +27,20 @@ const WAKE_EVERY: Duration = Duration::from_millis(2);
 /// The same while nobody has said anything for a while, and while nobody is connected.
 const QUIET_EVERY: Duration = Duration::from_millis(12);
 const REST_EVERY: Duration = Duration::from_millis(50);
-/// How long nobody has said anything then: a hand that moves says something every ten milliseconds.
+/// How long it has waited then without hearing anything: a hand that moves says something every ten milliseconds.
 const QUIET_AFTER: Duration = Duration::from_millis(20);
-/// Falling behind by more than this is counted: a snapshot's period.
-const LATE_TICKS: u64 = 17;
-/// Ticks between two looks at what the lines lose.
+/// A wake-up that comes later than it was due by more than this is counted: the oldest of its ticks, at work, is then late by more than
+/// a snapshot's period.
+const LATE: Duration = Duration::from_millis(15);
+/// Ticks between two looks at what the lines lose and take.
 const LOOK_EVERY: u64 = 100;
 /// Time between two looks at which addresses may be forgotten.
 const FORGET_EVERY: Duration = Duration::from_secs(10);
 /// Least time between two sentences about addresses that send too much.
 const SAY_EVERY: Duration = Duration::from_secs(60);
+/// Bytes of a datagram up to which it need not be asked what the path takes now, beside the look that is taken anyway: what does not
+/// fit into one of the shortest path's is cut into pieces of which one is longer.
+const ANY_PATH: usize = DATAGRAM_MAX / 2;
 /// Events taken in before time is looked at again.
 const EVENTS_AT_ONCE: usize = 256;
 
@@ -44,6 +50,7 @@ pub(crate) struct Ticking {
     room: Room,
     events: mpsc::Receiver<Event>,
     links: BTreeMap<PeerId, Box<Link>>,
+    workers: Workers,
     started: Instant,
     figures: Figures,
     /// The tick of the next look at what the lines lose.
@@ -71,6 +78,7 @@ impl Ticking {
             room,
             events,
             links: BTreeMap::new(),
+            workers: Workers::on(tokio::runtime::Handle::current().metrics().num_workers()),
             started: Instant::now(),
             figures: Figures::default(),
             look_at: 0,
@@ -89,13 +97,17 @@ impl Ticking {
         let mut wake = tokio::time::interval(WAKE_EVERY);
         wake.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
-        let (mut every, mut heard_at) = (WAKE_EVERY, Instant::now());
+        // how long it has waited for news; its own work is no quiet, however long it takes
+        let (mut every, mut waited) = (WAKE_EVERY, Duration::ZERO);
         loop {
+            let waits_from = Instant::now();
             tokio::select! {
                 // time before news, always, so that a run can be repeated from a seed
                 biased;
-                _ = wake.tick() => {
+                due = wake.tick() => {
                     let begun = Instant::now();
+                    waited += begun - waits_from;
+                    self.note_lateness(begun - due);
                     self.advance();
                     self.transmit();
                     self.figures.note_wake(begun.elapsed());
@@ -104,7 +116,7 @@ impl Ticking {
                     if count == 0 {
                         return;
                     }
-                    heard_at = Instant::now();
+                    waited = Duration::ZERO;
                     if every > WAKE_EVERY {
                         // whoever comes finds the room at today's tick
                         self.advance();
@@ -122,7 +134,7 @@ impl Ticking {
             }
             self.transmit();
             let before = every;
-            every = match heard_at.elapsed() > QUIET_AFTER {
+            every = match waited > QUIET_AFTER {
                 _ if self.links.is_empty() => REST_EVERY,
                 true => QUIET_EVERY,
                 false => WAKE_EVERY,
@@ -133,12 +145,16 @@ impl Ticking {
         }
     }
 
+    /// Counts a wake-up that came too long after it was due.
+    fn note_lateness(&mut self, by: Duration) {
+        if by > LATE && !self.links.is_empty() {
+            self.figures.late += 1;
+            tracing::debug!(?by, "the tick fell behind");
+        }
+    }
+
     fn advance(&mut self) {
         let due = self.started.elapsed().as_millis() as u64;
-        if due > self.room.now().0 + LATE_TICKS && !self.links.is_empty() {
-            self.figures.late += 1;
-            tracing::debug!(ticks = due - self.room.now().0, "the tick fell behind");
-        }
         if due >= self.look_at {
             self.look_at = due + LOOK_EVERY;
             let now = self.started.elapsed();
@@ -148,11 +164,12 @@ impl Ticking {
                     self.room.handle_loss(peer);
                 }
                 self.room.set_telling(peer, telling);
+                self.room.set_datagram_bytes(peer, link.datagram_bytes());
             }
             self.keep_pots();
             self.look_at_addresses(now);
         }
-        self.room.advance(Tick(due));
+        self.workers.advance(&mut self.room, Tick(due), self.started.elapsed());
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
             tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
@@ -279,8 +296,10 @@ impl Ticking {
             let alive = match transmit.lane {
                 Lane::Datagram(bytes) => {
                     self.figures.note_datagram(bytes.len());
-                    // it may have shrunk or grown since the last pulse
-                    self.room.set_datagram_bytes(transmit.to, link.datagram_bytes());
+                    if bytes.len() > ANY_PATH {
+                        // it may have shrunk or grown since the last pulse
+                        self.room.set_datagram_bytes(transmit.to, link.datagram_bytes());
+                    }
                     link.send_datagram(bytes.into())
                 }
                 Lane::Control(bytes) => link.send_control(bytes),

@@ -31,14 +31,14 @@ pub use messages::{
 };
 pub use steps::Steps;
 pub use token::TokenError;
-pub use watching::{NewsOf, NewsWire, SightName};
+pub use watching::{DetailWire, NewsOf, NewsWire, SightName};
 
 use alloc::vec::Vec;
 use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 21;
+pub const VERSION: u16 = 22;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram that is sent unasked: what fits the smallest path that QUIC allows, and browsers.

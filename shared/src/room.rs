@@ -6,6 +6,7 @@
 mod arriving;
 mod audience;
 mod bench;
+mod crew;
 mod doors;
 mod guidance;
 mod history;
@@ -31,6 +32,8 @@ use crate::units::{Rpm, Tick};
 use arriving::Waiting;
 use audience::Audience;
 use bench::Bench;
+pub use crew::{Alone, Crew};
+use crew::{Desk, together};
 use doors::Doors;
 pub use doors::{DoorConfig, TokenHash, token_hash};
 use guidance::Leads;
@@ -120,6 +123,8 @@ pub struct RoomCounts {
     pub repeats: u64,
     /// Requests for keyframes.
     pub resyncs: u64,
+    /// Those of both, refused, that named a snapshot which never was.
+    pub never_were: u64,
     /// Requests to find and mend what differs.
     pub mends: u64,
     /// Tiles that had differed and were sent for it.
@@ -147,6 +152,8 @@ pub struct Room {
     lobby: BTreeMap<PeerId, Waiting>,
     /// The wheels at which somebody is or something is to be done, in order: no other is visited.
     busy: Vec<usize>,
+    /// What each of them has to send in a tick.
+    desks: Vec<Desk>,
     /// The next tick to be done.
     now: Tick,
     outbox: Outbox,
@@ -202,6 +209,7 @@ impl Room {
             guidance: Leads::default(),
             lobby: BTreeMap::new(),
             busy: Vec::new(),
+            desks: Vec::new(),
             now: Tick(0),
             outbox: VecDeque::new(),
             wrong_codes: VecDeque::new(),
@@ -382,6 +390,7 @@ impl Room {
             Request::WheelSpeed { rpm } => bench.set_wheel_speed(Rpm(rpm), self.now),
             Request::Clay { clay } => bench.set_clay(clay, self.now),
             Request::Retell { retells } => bench.retell(peer, retells),
+            Request::Again { have } | Request::Resync { have } if bench.never_was(have) => self.counts.never_were += 1,
             Request::Again { have } => {
                 self.counts.repeats += 1;
                 bench.say_again(peer, have, self.now, &mut self.outbox);
@@ -418,9 +427,13 @@ impl Room {
     pub fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8]) {
         if let Some(&place) = self.places.get(&peer) {
             let bench = &mut self.benches[place];
-            if let Some(have) = bench.handle_datagram(peer, bytes, self.now) {
-                self.counts.repeats += 1;
-                bench.say_again(peer, have, self.now, &mut self.outbox);
+            match bench.handle_datagram(peer, bytes, self.now) {
+                Some(have) if bench.never_was(have) => self.counts.never_were += 1,
+                Some(have) => {
+                    self.counts.repeats += 1;
+                    bench.say_again(peer, have, self.now, &mut self.outbox);
+                }
+                None => {}
             }
         }
     }
@@ -454,14 +467,25 @@ impl Room {
 
     /// Does every tick up to and with `to`.
     pub fn advance(&mut self, to: Tick) {
+        self.advance_by(to, &Alone);
+    }
+
+    /// As [`Room::advance`], where a crew does the wheels of a tick. Whoever they are, what comes of it is the same, and what is to
+    /// be sent comes in the same order.
+    pub fn advance_by(&mut self, to: Tick, crew: &impl Crew) {
         while self.now <= to {
             if SnapshotClock::default().is_due(self.now) {
                 self.relay_hands();
             }
             let remaking = self.busy.iter().filter(|place| self.benches[**place].is_remaking()).count().max(1);
             let again = AGAIN_A_TICK.div_ceil(remaking) as u32;
-            for &place in &self.busy {
-                self.benches[place].step(self.now, again, &mut self.outbox, &mut self.counts.refusals);
+            let now = self.now;
+            self.desks.resize_with(self.busy.len(), Desk::default);
+            let mut work = together(&mut self.benches, &self.busy, &mut self.desks);
+            crew.each(&mut work, |(bench, desk)| bench.step(now, again, &mut desk.outbox, &mut desk.refusals));
+            for desk in &mut self.desks {
+                self.outbox.append(&mut desk.outbox);
+                self.counts.refusals.add(&core::mem::take(&mut desk.refusals));
             }
             if self.now.0.is_multiple_of(telling::TELL_EVERY) {
                 self.tell_people();

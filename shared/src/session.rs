@@ -9,6 +9,7 @@ mod assembly;
 mod class;
 mod clay;
 mod client;
+mod course;
 mod effort;
 mod events;
 mod guidance;
@@ -28,8 +29,10 @@ mod watcher;
 mod welcome;
 
 pub use allowance::Allowance;
+pub use assembly::WAITING_BYTES_MAX;
 pub use class::{ClassEvent, ClassView, Progress, greeting};
 pub use client::Client;
+pub use course::Implausible;
 pub use events::{ClientError, ClientEvent, RemoteTool, StepCounts};
 pub use guidance::{
     GuidanceEvent, GuidancePair, GuidanceView, GuidingHand, guidance_of, guidance_wire, hand_of, hand_wire, target_of,

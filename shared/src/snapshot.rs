@@ -9,6 +9,7 @@ mod adaptive;
 mod author;
 mod chain;
 mod coder;
+mod detail;
 mod grid;
 mod kept;
 mod ledger;
@@ -27,6 +28,7 @@ mod transcript;
 use crate::units::Tick;
 
 pub use author::{Author, Delta};
+pub use detail::{Band, Detail, DetailError};
 pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
 pub use kept::KeptClay;
 pub(crate) use kept::{lay, steps_of};
@@ -34,7 +36,7 @@ pub use ledger::Ledger;
 pub use motion::Moment;
 pub use record::{PotRecord, RecordError};
 pub use replica::{Replica, SnapshotError};
-pub use tier::{Detail, Tier};
+pub use tier::Tier;
 pub use tiles::{TILE_SIDE, TileLayout, Touched};
 pub use transcript::{Pressed, Transcript};
 

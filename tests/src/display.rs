@@ -283,8 +283,8 @@ pub struct Controls<'a> {
 impl Controls<'_> {
     /// Rows of pixels in which a control can be clicked on: between the window's top and the line of figures at its foot.
     const SEEN: std::ops::Range<i32> = 40..640;
-    /// Above this row, a menu has room below.
-    const MENU: i32 = 420;
+    /// Above this row, a menu has room below, also when a line or two come above it meanwhile.
+    const MENU: i32 = 370;
 
     /// All of them, as they were drawn last.
     #[must_use]
@@ -319,6 +319,14 @@ impl Controls<'_> {
     /// When there is none for a minute.
     pub fn open(&self, name: &str) {
         self.press_within(name, Self::SEEN.start..Self::MENU);
+    }
+
+    /// Presses an entry of a menu that is open: it lies over what is at the window's foot.
+    ///
+    /// # Panics
+    /// When there is none for a minute.
+    pub fn choose(&self, name: &str) {
+        self.press_within(name, Self::SEEN.start..700);
     }
 
     fn press_within(&self, name: &str, rows: std::ops::Range<i32>) {

@@ -3,7 +3,7 @@
 //! Owns what tests stand on: counted [`allocations`], seeded [`dice`], what a [`line`](mod@line) does to packets and a
 //! [`proxy`] on real sockets (the client's, with which people rehearse), a [`network`] in memory and the
 //! [`simulation`] of a studio over it; the [`reference`](mod@reference) dents, the [`failures`] that methods
-//! are tried for, a [`display`] with the studio on it, the [`load`] that a server is put under, how firmly a hand holds on in
+//! are tried for, a [`display`] with the studio on it, those who are [`looking`] on, the [`load`] that a server is put under, how firmly a hand holds on in
 //! [`stability`], the [`yardstick`] methods of other authors, the linear systems that those and laws of cost are solved by, and a
 //! [`twin`] of each haptic device.
 //! Invariant: every roll of the dice comes from a seed that the test names.
@@ -16,6 +16,7 @@ pub mod failures;
 pub mod fit;
 mod linear;
 pub mod load;
+pub mod looking;
 pub mod network;
 pub mod programs;
 pub mod reference;

@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 /// What the modules of the core may use: the arrows of `ARCHITECTURE.md`.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
-    ("tool", &["units"]),
-    ("clay", &["tool", "units"]),
+    ("lanes", &[]),
+    ("tool", &["lanes", "units"]),
+    ("clay", &["lanes", "tool", "units"]),
     ("haptics", &["clay", "tool", "units"]),
     ("protocol", &["units"]),
     ("snapshot", &["clay", "protocol", "tool", "units"]),

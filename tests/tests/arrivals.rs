@@ -85,7 +85,7 @@ impl Class {
             Person::Works(Box::new(Client::open(&bare(&frame), now, Duration::ZERO).unwrap()))
         } else {
             let mut watcher = Watcher::open(&bare(&frame), Duration::ZERO).unwrap();
-            watcher.watch(1, Detail::Spectator, Duration::from_millis(now));
+            watcher.watch(1, Detail::SPECTATOR, Duration::from_millis(now));
             Person::Watches(Box::new(watcher))
         };
         self.people.insert(peer, person);

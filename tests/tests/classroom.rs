@@ -11,8 +11,9 @@ use std::time::Duration;
 use glam::Vec3;
 use pottery_shared::clay::{Form, GridShape, Material, MethodKind, PotSpec};
 use pottery_shared::protocol::{
-    self, CONTROL_MAX, ClassWire, ClayWire, FrameReader, GuidanceWire, Hello, MeshWire, NoOrder, Notice, Order, Pass,
-    PersonWire, PlaceWire, PotOf, Presence, Purpose, Refusal, Request, ResumeToken, Role, SightName, TeacherToken,
+    self, CONTROL_MAX, ClassWire, ClayWire, DetailWire, FrameReader, GuidanceWire, Hello, MeshWire, NoOrder, Notice,
+    Order, Pass, PersonWire, PlaceWire, PotOf, Presence, Purpose, Refusal, Request, ResumeToken, Role, SightName,
+    TeacherToken,
 };
 use pottery_shared::room::{DoorConfig, Lane, PeerId, Room, RoomConfig, may, may_press, token_hash};
 use pottery_shared::session::{Client, greeting};
@@ -213,7 +214,7 @@ const fn dent(z_m: f32) -> [f32; 3] {
     [0.069, 0.0, z_m]
 }
 
-const SIGHT: SightName = SightName { wheel: 1, detail: 0 };
+const SIGHT: SightName = SightName { wheel: 1, detail: DetailWire::Spectator };
 
 /// Every request that there is, with whether teacher, student and guest may make it.
 fn table() -> Vec<(Request, [bool; 3])> {

@@ -340,3 +340,42 @@ fn datagrams_are_as_long_as_the_path_takes_and_no_longer_once_it_is_narrower() {
         studio.server.stop().await;
     });
 }
+
+/// The least window that a connection comes to while most of what it sends is lost, bytes; the client's own transport, or another.
+fn least_window(seed: u64, transport: Option<quinn::TransportConfig>) -> u64 {
+    in_virtual_time(async {
+        let studio = Simulation::open(seed, ServerConfig::default()).unwrap();
+        let endpoint = studio.endpoint(0, Quality::HOME, Quality::HOME).unwrap();
+        let mut config = client_config(studio.server.code()).unwrap();
+        if let Some(transport) = transport {
+            config.transport_config(std::sync::Arc::new(transport));
+        }
+        let connection = endpoint.connect_with(config, SERVER.into(), "pottery-studio").unwrap().await.unwrap();
+        let loses = BurstLoss { in_burst: 0.7, otherwise: 0.7, ..BurstLoss::NONE };
+        studio.network.connect(Simulation::address_of(0), Quality { loss: loses, ..Quality::HOME }, Quality::HOME);
+        let mut least = u64::MAX;
+        // it looks how short the line is every ten seconds, with as little on the way as it goes down to
+        for _ in 0..2500 {
+            // what has no room in the buffer is dropped there
+            drop(connection.send_datagram(vec![0; 1100].into()));
+            sleep(Duration::from_millis(10)).await;
+            least = least.min(connection.stats().path.cwnd);
+        }
+        connection.close(0_u32.into(), b"");
+        studio.server.stop().await;
+        least
+    })
+}
+
+#[test]
+fn a_window_never_falls_below_four_packets_however_much_is_lost() {
+    for seed in 1..4 {
+        let [ours, quinns] = [None, Some(quinn::TransportConfig::default())].map(|of| least_window(seed, of));
+        println!("seed {seed}: {ours} B, and {quinns} B with quinn's default");
+        assert!(ours >= 4 * 1200, "seed {seed}: {ours} B");
+        assert!(
+            quinns < 4 * 1200,
+            "seed {seed}: {quinns} B are no less with quinn's default: the floor is no longer BBR's own"
+        );
+    }
+}

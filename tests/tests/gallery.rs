@@ -115,6 +115,34 @@ fn a_class_larger_than_a_page_is_drawn_whole_and_changed_tiles_change_one_pot() 
 }
 
 #[test]
+fn a_pot_that_comes_on_another_grid_is_drawn_as_its_means_are() {
+    let gpu = Gpu::headless().unwrap_or_else(|error| panic!("{error}"));
+    let fine = PotSpec { shape: GridShape::PAPER, ..spec() };
+    let (mut coarse, mut fine) = (Pot::new(spec()).unwrap(), Pot::new(fine).unwrap());
+    for (column, row) in (0..90).flat_map(|column| (0..100).map(move |row| (column, row))) {
+        let radius_m = 0.05 + 0.001 * ((column / 5 + row / 7) % 9) as f32;
+        coarse.surfaces_mut()[0].set_radius(column, row, radius_m);
+        for under in 0..16 {
+            // on either side of the mean
+            let aside_m = if under % 2 == 0 { 2e-3 } else { -2e-3 };
+            fine.surfaces_mut()[0].set_radius(4 * column + under / 4, 4 * row + under % 4, radius_m + aside_m);
+        }
+    }
+    let views = places(4);
+    let untouched = || Pot::new(spec()).unwrap();
+    let picture = |pot: &Pot| drawn(&gpu, &[pot.clone(), untouched(), untouched(), untouched()], &views);
+    let (expected, seen, before) = (picture(&coarse), picture(&fine), picture(&untouched()));
+    // means of 32-bit numbers are off by less than any pixel shows
+    let unlike = |one: &[[u8; 4]], other: &[[u8; 4]]| {
+        let far =
+            |(one, other): (&[u8; 4], &[u8; 4])| one.iter().zip(other).any(|(one, other)| one.abs_diff(*other) > 2);
+        one.iter().zip(other).filter(|pair| far(*pair)).count()
+    };
+    assert!(unlike(&expected, &before) > 1000);
+    assert!(unlike(&expected, &seen) < 5, "{} pixels", unlike(&expected, &seen));
+}
+
+#[test]
 fn no_wheel_and_no_size_are_harmless() {
     let gpu = Gpu::headless().unwrap_or_else(|error| panic!("{error}"));
     let pot = Pot::new(spec()).unwrap();

@@ -11,8 +11,9 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-use pottery_server::{Certificate, server_config};
+use pottery_server::{Certificate, Helpers, server_config};
 use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
+use pottery_shared::room::Alone;
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::Host;
 use pottery_tests::load::knee::Climb;
@@ -20,6 +21,7 @@ use pottery_tests::load::law::Law;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, SCHEMA, Verdict};
 use pottery_tests::load::soak;
+use pottery_tests::load::virtual_room::VirtualRoom;
 use pottery_tests::programs::{folder, program};
 
 /// On a busy machine the generator is late through no fault of its own; the tests that are about that say how late it may be.
@@ -307,6 +309,21 @@ fn soak_in_virtual_time_repeats_from_its_seed() {
     let (one, other) = (soak::in_virtual_time(&plan, 4).unwrap(), soak::in_virtual_time(&plan, 4).unwrap());
     assert!(one.is_current && one.refused == 0 && one.snapshots > 100, "{one:?}");
     assert_eq!(one.snapshots, other.snapshots);
+}
+
+#[test]
+fn wheels_that_many_hands_do_are_told_as_those_that_one_does() {
+    let plan = Plan { wheels: 5, potters: 12, ..Plan::default() };
+    let helpers = Helpers::new(3).unwrap();
+    let [mut alone, mut helped] = [(); 2].map(|()| VirtualRoom::open(&plan).unwrap());
+    for millisecond in 1..=1500 {
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        alone.pass(millisecond, &Alone, |transmit| one.push(transmit.clone()));
+        helped.pass(millisecond, &helpers, |transmit| other.push(transmit.clone()));
+        assert_eq!(one, other, "in millisecond {millisecond}");
+    }
+    assert_eq!(alone.digests(), helped.digests());
+    assert!(alone.snapshots() > 12 * 50 && alone.is_current() && alone.refused() == 0);
 }
 
 #[test]

@@ -39,8 +39,8 @@ async fn look(network: &Network) -> Onlooker {
     let target = Target::new(SERVER.into(), "K7QM-3XPD".parse().unwrap(), 1);
     let looker = Onlooker::join(&own, &target, PLENTY).await.unwrap();
     looker.look(|watcher, now| {
-        watcher.watch(1, Detail::Retold, now);
-        watcher.watch(2, Detail::Gallery, now);
+        watcher.watch(1, Detail::RETOLD, now);
+        watcher.watch(2, Detail::GALLERY, now);
     });
     looker
 }

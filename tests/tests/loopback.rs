@@ -139,19 +139,19 @@ async fn who_looks_on_sees_what_is_made_from_near_and_far() {
     let looker = Onlooker::join(&own, &target(&server, 1), 100_000).await.unwrap();
     looker.look(|watcher, now| {
         assert_eq!(watcher.wheels(), 2);
-        watcher.watch(1, Detail::Gallery, now);
-        watcher.watch(2, Detail::Gallery, now);
+        watcher.watch(1, Detail::GALLERY, now);
+        watcher.watch(2, Detail::GALLERY, now);
     });
     let potter = join(&target(&server, 1), "waist").await;
     standing_when(&server, "something is pressed", |standing| pressed_mm3(standing, 0) > 200.0).await;
-    looker.look(|watcher, now| watcher.watch(1, Detail::Spectator, now));
+    looker.look(|watcher, now| watcher.watch(1, Detail::SPECTATOR, now));
     assert_same_clay(&server, 0, &[&potter.1]).await;
     let standing = server.standing().await.unwrap();
     let began = Instant::now();
-    let allowed_m = 0.5 * Detail::Spectator.quantum().metres() + QUANTUM_M;
+    let allowed_m = 0.5 * Detail::SPECTATOR.quantum().metres() + QUANTUM_M;
     let sees = || {
         looker.look(|watcher, _| {
-            let near = watcher.sight(1).filter(|sight| sight.detail() == Detail::Spectator);
+            let near = watcher.sight(1).filter(|sight| sight.detail() == Detail::SPECTATOR);
             near.is_some_and(|sight| worst_m(sight.pot(), &standing.pots[0]) <= allowed_m)
         })
     };
@@ -159,7 +159,7 @@ async fn who_looks_on_sees_what_is_made_from_near_and_far() {
         assert!(began.elapsed() < PATIENCE, "the spectator does not see the potter's clay");
         sleep(ms(20)).await;
     }
-    looker.look(|watcher, _| assert_eq!(watcher.sight(2).unwrap().detail(), Detail::Gallery));
+    looker.look(|watcher, _| assert_eq!(watcher.sight(2).unwrap().detail(), Detail::GALLERY));
     leave(vec![potter]).await;
     let report = looker.leave().await.unwrap();
     assert_eq!((report.mismatches, report.malformed, report.link), (0, 0, Link::Closed));

@@ -195,7 +195,8 @@ impl World {
     /// What a server with a fault would send a person: tiles of another pot, under the version that the person holds.
     fn spoil(&mut self, person: usize, tiles: &[u32], time: Duration) {
         let version = self.client(person).replica().version().0;
-        let (tick, acknowledged) = (self.room.now().0, 0);
+        // the time that it has heard of: clay as old as that speaks against nothing
+        let (tick, acknowledged) = (self.client(person).tools_tick().0, 0);
         let bytes = wrong_tiles(tiles);
         let keyframe =
             Keyframe { version, since: 1, tick, acknowledged, sight: None, mended: 0, goes_on: false, bytes };

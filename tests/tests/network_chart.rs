@@ -80,7 +80,8 @@ fn who_came_over_a_long_line_that_loses_presses_in_time_at_once() {
 #[test]
 fn coarser_and_rarer_take_fewer_bytes_and_show_less() {
     let all = &CHART.figures.subscription;
-    assert!(all.len() == NetworkExtent::quick().steps.len() * NetworkExtent::quick().every.len());
+    let NetworkExtent { subscribed, details, .. } = NetworkExtent::quick();
+    assert_eq!(all.len(), subscribed * details.len());
     for one in all {
         let is_finer = |other: &&_| -> bool {
             let other: &pottery_tests::chart::network::subscription::SubscriptionFigures = other;

@@ -14,8 +14,8 @@ use pottery_server::{CONTROL_BYTES, CONTROL_QUEUE, Input, KEYFRAME_BYTES};
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_LONGEST, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX,
-    Fragment, FragmentOf, Greeting, GuidanceEnd, GuidanceWire, HandWire, Hello, Inputs, KEYFRAME_MAX, Keyframe,
-    LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance, NoOrder, NoStep, NoTool, Notice, Order, Pass,
+    DetailWire, Fragment, FragmentOf, Greeting, GuidanceEnd, GuidanceWire, HandWire, Hello, Inputs, KEYFRAME_MAX,
+    Keyframe, LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoGuidance, NoOrder, NoStep, NoTool, Notice, Order, Pass,
     PersonWire, PlaceWire, PotOf, PotWire, Presence, ProgressWire, Pulse, PulseHead, Purpose, Refusal, Request,
     ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, StepsWire, TargetWire, TeacherToken, ToolWire,
     Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
@@ -40,7 +40,8 @@ fn hex(bytes: &[u8]) -> String {
 }
 
 const CLAY: ClayWire = ClayWire { viscosity_s: 0.125, youngs_pa: 2e6, yield_pa: 40_000.0 };
-const SIGHT: SightName = SightName { wheel: 3, detail: 1 };
+const SIGHT: SightName = SightName { wheel: 3, detail: DetailWire::Gallery };
+const OWN: DetailWire = DetailWire::Own { quantum: 256, fold: 2, every: 6, first: 4, end: 255, tools: true };
 const POT: PotWire =
     PotWire { columns: 360, rows: 400, height_m: 0.25, radius_m: 0.0625, wall_m: 0.0078125, support: 1 };
 const TURNING: WheelWire = WheelWire { from: 70_000, phase: 0xdead_beef, rate: -71_583 };
@@ -50,7 +51,12 @@ fn clay() -> Value {
 }
 
 fn sight() -> Value {
-    json!({ "wheel": 3, "detail": 1 })
+    json!({ "wheel": 3, "detail": "gallery" })
+}
+
+fn own() -> Value {
+    let detail = json!({ "own": { "quantum": 256, "fold": 2, "every": 6, "first": 4, "end": 255, "tools": true } });
+    json!({ "wheel": 300, "detail": detail })
 }
 
 fn pot() -> Value {
@@ -125,6 +131,10 @@ fn requests() -> Vec<Value> {
         (Request::Again { have: 250 }, json!({ "again": 250 })),
         (Request::Resync { have: 251 }, json!({ "resync": 251 })),
         (Request::Watch { sight: SIGHT, have: 65_536 }, json!({ "watch": { "sight": sight(), "have": 65_536 } })),
+        (
+            Request::Watch { sight: SightName { wheel: 300, detail: OWN }, have: 0 },
+            json!({ "watch": { "sight": own(), "have": 0 } }),
+        ),
         (Request::Unwatch { sight: SIGHT }, json!({ "unwatch": sight() })),
         (Request::Retell { retells: true }, json!({ "retell": true })),
         (Request::Leave, json!("leave")),
@@ -261,6 +271,7 @@ fn guidance() -> Vec<(Notice, Value)> {
     let value = json!({ "progress": [{ "wheel": 300, "is": target_value(), "off": off }] });
     all.push((Notice::Progress(vec![progress]), value));
     all.push((Notice::Progress(vec![]), json!({ "progress": [] })));
+    all.push((Notice::NoSight(SightName { wheel: 300, detail: OWN }), json!({ "no_sight": own() })));
     all
 }
 
@@ -500,7 +511,7 @@ fn chains() -> Vec<Value> {
     let mut wheel = Wheel::new();
     let (columns, rows) = Wheel::SHAPE;
     let radius_step = quantise(PotSpec::default().radius.0);
-    let mut tiers = Detail::ALL.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
+    let mut tiers = Detail::PRESETS.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
     let (mut from_the_start, mut late, mut gap) = (Vec::new(), Vec::new(), Vec::new());
     for version in 1..=14 {
         let (bytes, now) = wheel.press();

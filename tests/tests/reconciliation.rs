@@ -139,12 +139,12 @@ fn no_correction_changes_the_force_by_more_than_a_fiftieth_of_a_newton_in_a_mill
     }
 }
 
-/// `POTTERY_SEEDS=42` tries so many instead of a few. Seed 42 itself, the next one, does not hold it yet: there the tool slides aside on a slope
-/// that a correction has left, by 27.5 mN in a millisecond, since only what changes along the contact's normal is put off.
+/// `POTTERY_SEEDS=100` tries so many instead of a few. With seed 42 the tool slides aside on a slope that a correction has left: by 27.5 mN in a
+/// millisecond, while only what changed along the contact's normal was put off.
 #[test]
 fn no_correction_over_a_line_that_loses_in_bursts_and_reorders_changes_it_by_more_either() {
-    let seeds = std::env::var("POTTERY_SEEDS").map_or(3, |seeds| seeds.parse().unwrap());
-    for seed in 0..seeds {
+    let asked = std::env::var("POTTERY_SEEDS").map(|seeds| (0..seeds.parse().unwrap()).collect());
+    for seed in asked.unwrap_or_else(|_| vec![0, 1, 2, 42]) {
         assert_no_jolt(seed, BURSTS, false);
     }
 }

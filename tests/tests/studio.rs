@@ -113,6 +113,32 @@ fn a_simulated_hand_is_pushed_back_and_the_clients_agree() {
 }
 
 #[test]
+fn a_grid_follows_the_smallest_tool_and_the_finest_viewer() {
+    let out = folder("finest");
+    let output =
+        headless(&out, &["--potters", "2", "--seconds", "2", "--smallest-tool-mm", "12", "--tool-radius", "12"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // elements of 3 mm on 377 mm round and 200 mm high
+    assert_eq!(session(&out)["elements"], 126 * 68);
+    assert!(session(&out)["pressed_volume_mm3"].as_f64().unwrap() > 10.0, "{}", session(&out));
+    let shape = PotFile::read(&out.join("pot.pot")).unwrap().pot().spec().shape;
+    assert_eq!((shape.columns(), shape.rows()), (126, 68));
+    fs::remove_dir_all(&out).unwrap();
+    let refused = sentence(&headless(&out, &["--smallest-tool-mm", "-1"]));
+    assert!(refused.contains("a tool radius of -1 mm cannot be used"), "{refused}");
+
+    let server = |arguments: &[&str]| {
+        let printed = Command::new(program("pottery-server")).arg("--print-config").args(arguments).output().unwrap();
+        let settings: toml::Table = String::from_utf8(printed.stdout).unwrap().parse().unwrap();
+        ["columns", "rows"].map(|key| settings[key].as_integer().unwrap())
+    };
+    assert_eq!(server(&["--smallest-tool-mm", "4"]), [377, 201]);
+    assert_eq!(server(&["--smallest-tool-mm", "4", "--finest-view-mm", "2"]), [189, 101]);
+    // 200 mm wide and 100 mm high
+    assert_eq!(server(&["--smallest-tool-mm", "12", "--form", "bowl"]), [210, 35]);
+}
+
+#[test]
 fn without_a_display_it_works_headless_and_says_so() {
     let out = folder("no-display");
     let output = Command::new(program("pottery-studio"))
@@ -220,6 +246,10 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
         ("clay = \"soft\"\nwetness = 0.5\n", "leave one of them out"),
         ("form = \"vase\"\n", "cylinder, bowl, bottle or ball"),
         ("form = \"bowl\"\nheight_mm = 90\n", "leave 'height_mm'"),
+        ("smallest_tool_mm = 12\ncolumns = 360\n", "leave 'columns' and 'rows' out"),
+        ("smallest_tool_mm = 0\n", "choose one above 0 mm"),
+        ("smallest_tool_mm = 0.01\nfinest_view_mm = 0.001\n", "elements"),
+        ("finest_view_mm = 1\n", "give 'smallest_tool_mm' as well"),
     ] {
         fs::write(&config, text).unwrap();
         let sentence = server(&["--config", config.to_str().unwrap()]);

@@ -491,8 +491,8 @@ fn those_who_look_on_and_those_who_come_later_get_the_clay_that_was_made_again()
         let Some(Person::Looker(watcher)) = world.people.get_mut(&peer) else { panic!("{peer:?} does not look on") };
         watcher.watch(1, detail, time);
     };
-    watch(&mut world, near, Detail::Spectator);
-    watch(&mut world, far, Detail::Gallery);
+    watch(&mut world, near, Detail::SPECTATOR);
+    watch(&mut world, far, Detail::GALLERY);
     world.run(5500, in_turns);
     for person in [0, 1, 0] {
         world.potter(person).undo();
@@ -501,8 +501,8 @@ fn those_who_look_on_and_those_who_come_later_get_the_clay_that_was_made_again()
     world.come(3);
     let (nearer, farther) = (world.look_on(12), world.look_on(13));
     world.run(8100, in_turns);
-    watch(&mut world, nearer, Detail::Spectator);
-    watch(&mut world, farther, Detail::Gallery);
+    watch(&mut world, nearer, Detail::SPECTATOR);
+    watch(&mut world, farther, Detail::GALLERY);
     world.run(10_500, in_turns);
     world.assert_settled("all");
     let sight = |peer: PeerId| {

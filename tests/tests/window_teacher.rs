@@ -149,7 +149,7 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         }
         for (form, rms_mm) in [("cylinder", 1.0..f64::INFINITY), ("bottle", 0.0..0.06)] {
             window.open("Same pot");
-            window.press(form);
+            window.choose(form);
             let deadline = Instant::now() + PATIENCE;
             loop {
                 let is_mm = 1e3 * f64::from(wanted.deviation(&server.standing().await.unwrap().pots[1]).rms_m);
@@ -166,7 +166,7 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         let bottle = server.standing().await.unwrap().digests[1];
         tokio::time::sleep(Duration::from_secs(30)).await;
         window.open("Same pot");
-        window.press("ball");
+        window.choose("ball");
         clay(&server, "a ball at wheel 2", |now| now[1] != bottle).await;
         window.open("Back");
         window.press("by 30 s");

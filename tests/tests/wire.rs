@@ -5,12 +5,12 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use pottery_shared::protocol::{
-    self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, Fragment, FragmentOf, FrameReader,
-    Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe, LeadWire,
-    MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, POT_PIECE, Pass, PersonWire, PlaceWire,
-    PotOf, PotWire, Presence, ProgressWire, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request, ResumeToken,
-    Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload, Welcome,
-    WheelInfo, WheelWire,
+    self, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_MEMORY_MAX, DetailWire, Fragment, FragmentOf,
+    FrameReader, Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe,
+    LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, POT_PIECE, Pass, PersonWire,
+    PlaceWire, PotOf, PotWire, Presence, ProgressWire, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request,
+    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload,
+    Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
 
@@ -159,7 +159,23 @@ fn request() -> impl Strategy<Value = Request> {
 }
 
 fn sight_name() -> impl Strategy<Value = SightName> {
-    any::<(u16, u8)>().prop_map(|(wheel, detail)| SightName { wheel, detail })
+    (any::<u16>(), detail()).prop_map(|(wheel, detail)| SightName { wheel, detail })
+}
+
+fn detail() -> impl Strategy<Value = DetailWire> {
+    prop_oneof![
+        Just(DetailWire::Spectator),
+        Just(DetailWire::Gallery),
+        Just(DetailWire::Retold),
+        any::<(u16, u8, u8, u8, u8, bool)>().prop_map(|(quantum, fold, every, first, end, tools)| DetailWire::Own {
+            quantum,
+            fold,
+            every,
+            first,
+            end,
+            tools
+        }),
+    ]
 }
 
 fn mesh() -> impl Strategy<Value = MeshWire> {
@@ -238,6 +254,7 @@ fn notice() -> impl Strategy<Value = Notice> {
         (prop::collection::vec(person(), 0..40), prop::collection::vec(any::<u16>(), 0..40))
             .prop_map(|(people, gone)| Notice::People { people, gone }),
         class().prop_map(Notice::Class),
+        sight_name().prop_map(Notice::NoSight),
         any::<u16>().prop_map(|wheel| Notice::Come { wheel }),
         any::<u16>().prop_map(|client| Notice::NoOrder(NoOrder::Person { client })),
         any::<u64>().prop_map(|oldest| Notice::NoOrder(NoOrder::TooLongAgo { oldest })),

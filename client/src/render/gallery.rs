@@ -152,19 +152,40 @@ impl GalleryRenderer {
         spec.shape == self.shape
     }
 
-    /// Sends all radii of a wheel's pot to the device.
+    /// Sends all radii of a wheel's pot to the device; of one with another grid, until it comes with this one, the means of its elements
+    /// under each, or the one above.
     ///
     /// # Panics
-    /// When there is no such wheel, or the pot is of another grid.
+    /// When there is no such wheel.
     pub fn upload(&mut self, wheel: usize, pot: &Pot) {
         let whole = Window { first_column: 0, columns: self.shape.columns(), first_row: 0, rows: self.shape.rows() };
-        self.upload_window(wheel, pot, whole);
+        if self.fits(pot.spec()) {
+            return self.upload_window(wheel, pot, whole);
+        }
+        let surface = &pot.surfaces()[inner_skin(pot).surface];
+        let (old, rows) = (surface.shape(), self.shape.rows());
+        let under = |at: u32, of: u32, old: u32| {
+            (at * old / of) as usize..((at + 1) * old / of).max(at * old / of + 1) as usize
+        };
+        let mut radii_m = Vec::with_capacity(self.shape.elements());
+        for column in 0..self.shape.columns() {
+            let columns = under(column, self.shape.columns(), old.columns());
+            for row in 0..rows {
+                let part = under(row, rows, old.rows());
+                let count = (columns.len() * part.len()) as f32;
+                let all = columns.clone().flat_map(|column| &surface.column_m(column as u32)[part.clone()]);
+                radii_m.push(all.sum::<f32>() / count);
+            }
+        }
+        let (page, place) = (&mut self.pages[wheel / self.a_page], wheel % self.a_page);
+        page.row_heights_m[place] = surface.height_m() / (rows - 1) as f32;
+        page.write(&self.queue, (place as u32, self.shape), whole, &radii_m);
     }
 
     /// Sends every tile in which a wheel's pot changed.
     ///
     /// # Panics
-    /// As [`Self::upload`].
+    /// When there is no such wheel, or the pot is of another grid.
     pub fn upload_changed(&mut self, wheel: usize, pot: &Pot, changed: &Touched) {
         for window in changed.rectangles(inner_skin(pot).surface) {
             self.upload_window(wheel, pot, window);
@@ -176,26 +197,7 @@ impl GalleryRenderer {
         assert_eq!(surface.shape(), self.shape);
         let (page, place) = (&mut self.pages[wheel / self.a_page], wheel % self.a_page);
         page.row_heights_m[place] = surface.row_height_m();
-        let rows = self.shape.rows();
-        for (first_column, columns) in parts(self.shape, window) {
-            let start = first_column as usize * rows as usize + window.first_row as usize;
-            let y = place as u32 * self.shape.columns() + first_column;
-            self.queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &page.radii,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d { x: window.first_row, y, z: 0 },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                bytemuck::cast_slice(&surface.radii_m()[start..]),
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(rows * size_of::<f32>() as u32),
-                    rows_per_image: None,
-                },
-                wgpu::Extent3d { width: window.rows, height: columns, depth_or_array_layers: 1 },
-            );
-        }
+        page.write(&self.queue, (place as u32, self.shape), window, surface.radii_m());
     }
 
     /// Draws the wheels over all of `target`, as [`super::PotRenderer::draw`] does; those that the scene leaves out are not drawn.
@@ -278,6 +280,30 @@ impl Page {
             gallery_group: layouts.bind_gallery(device, &uniform),
             uniform,
             row_heights_m: vec![surface.row_height_m(); wheels],
+        }
+    }
+
+    /// Sends a window of all radii of a place's grid.
+    fn write(&self, queue: &wgpu::Queue, (place, shape): (u32, GridShape), window: Window, radii_m: &[f32]) {
+        let rows = shape.rows();
+        for (first_column, columns) in parts(shape, window) {
+            let start = first_column as usize * rows as usize + window.first_row as usize;
+            let y = place * shape.columns() + first_column;
+            queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture: &self.radii,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x: window.first_row, y, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                bytemuck::cast_slice(&radii_m[start..]),
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(rows * size_of::<f32>() as u32),
+                    rows_per_image: None,
+                },
+                wgpu::Extent3d { width: window.rows, height: columns, depth_or_array_layers: 1 },
+            );
         }
     }
 

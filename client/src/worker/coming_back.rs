@@ -1,10 +1,12 @@
 //! Coming back to a wheel: to the own seat when the line broke, to another one when the teacher says so.
 //!
 //! Owns what becomes of hand, view and session meanwhile; the tries are the way back's.
-//! Invariant: meanwhile the tool is lifted, and what the hand made is not pressed afterwards.
+//! Invariant: meanwhile the tool is lifted, what the hand made is not pressed afterwards, and the clay of before is seen until the first of
+//! the new connection is whole.
 
 use pottery_shared::session::{ClassEvent, Client, ClientError, ClientEvent};
 use pottery_shared::snapshot::TileLayout;
+use pottery_shared::units::Tick;
 
 use super::{Command, Worker};
 use crate::connection::Joined;
@@ -19,7 +21,7 @@ impl Worker {
         match event {
             ClassEvent::Place => {
                 self.way_back.note_token(class.resume());
-                self.side.status().hold(!class.may_press());
+                self.side.status().hold(self.is_coming || !class.may_press());
             }
             ClassEvent::Come => {
                 self.way_back.note_call();
@@ -63,16 +65,28 @@ impl Worker {
             joined.connection.close(0, b"");
             return Err(Link::Lost(ClientError::Otherwise.to_string()));
         }
-        // what was made meanwhile was made on other clay
-        while self.side.next_sample().is_some() {}
         self.add_counts();
         (self.connection, self.outgoing) = (joined.connection, joined.streams.outgoing);
         self.arriving = joined.streams.arriving;
         self.session = session;
+        self.is_coming = true;
         self.guiding.forget(&mut self.side, &self.view);
         self.way_back.note_return();
         self.side.status().set_tick_offset(self.session.tick_offset());
+        Ok(())
+    }
+
+    /// Shows the new connection's clay, and gives it to the hand, once it is whole; whether it is.
+    pub(super) fn arrive(&mut self) -> bool {
+        // a lifted tool has nothing to be confirmed, so that it is settled once it holds the newest that it has heard of
+        if self.session.tools_tick() == Tick(0) || !self.session.is_settled() {
+            return false;
+        }
+        self.is_coming = false;
+        // what was made meanwhile was made on other clay
+        while self.side.next_sample().is_some() {}
         self.side.publish(|patch| self.session.patch_into(patch));
+        self.side.status().hold(!self.session.class().may_press());
         let mut view = self.view.lock();
         let view = &mut *view;
         let mut all = view.changed.emptied();
@@ -81,6 +95,7 @@ impl Worker {
                 all.add(number, tile);
             }
         }
+        self.session.take_changed(&mut all);
         for (surface, _, window) in all.iter() {
             view.pot.copy_window(self.session.predicted(), surface, window);
         }
@@ -88,7 +103,7 @@ impl Worker {
         view.picture.draw(&view.pot, &all, self.epoch.elapsed(), &mut view.changed);
         view.number = self.session.number();
         view.rack = self.session.rack();
-        view.link = Link::Open;
-        Ok(())
+        (view.link, view.is_whole) = (Link::Open, true);
+        true
     }
 }

@@ -13,7 +13,7 @@ use pottery_client::device::DeviceChoice;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_client::{Claim, Core, Found, Link, LoopRate, Target};
-use pottery_server::ServerConfig;
+use pottery_server::{Finest, ServerConfig};
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{JoinCode, TeacherToken};
 use pottery_shared::snapshot::Detail;
@@ -26,6 +26,7 @@ use crate::known::Known;
 use crate::network::Network;
 use crate::replaying::ReplaySession;
 use crate::tool_choice::{ToolChoice, ToolFlags};
+use crate::watch_choice::{WatchFlags, WatchName};
 
 /// A pottery studio for several people: shape one pot on one wheel together, and feel the clay.
 ///
@@ -45,6 +46,8 @@ const EXAMPLES: &str = "Examples:
   pottery-studio join 192.168.1.20 --code K7QM-3XPD      work at somebody else's wheel
   pottery-studio join 192.168.1.20 --code K7QM-3XPD --watch gallery
                                                          look on at all wheels; a click shows one closely
+  pottery-studio join 192.168.1.20 --code K7QM-3XPD --watch spectator --watch-quantum 30 --watch-rate 10
+                                                         look on over a line that carries little
   pottery-studio join                                    say which studios announce themselves on this network
   pottery-studio --open bowl.pot                         go on with a pot that was saved
   pottery-studio export bowl.pot bowl.3mf bowl.svg       give it to other programs
@@ -187,6 +190,13 @@ struct HostFlags {
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs); not together with --clay
     #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
     wetness: Option<Wetness>,
+    /// Radius of the smallest tool that anybody will use, mm: the pot's grid is as coarse as that tool allows. A finger has 8 to 12,
+    /// and takes a tenth of the elements [default: 360 x 400 of them, which do for 4 mm]
+    #[arg(long, value_name = "MM", conflicts_with = "open", allow_negative_numbers = true)]
+    smallest_tool_mm: Option<f32>,
+    /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
+    #[arg(long, value_name = "MM", requires = "smallest_tool_mm", allow_negative_numbers = true)]
+    finest_view_mm: Option<f32>,
     /// Work without a window
     #[arg(long)]
     headless: bool,
@@ -231,9 +241,8 @@ struct JoinFlags {
     /// Which wheel to work at, from 1 on [default: 1, or the link's]
     #[arg(long)]
     wheel: Option<u16>,
-    /// Look on instead of working: at all wheels as small pictures, or closely at one
-    #[arg(long, value_enum, value_name = "DETAIL", conflicts_with = "record")]
-    watch: Option<WatchName>,
+    #[command(flatten)]
+    watch: WatchFlags,
     /// Teach there: the token that the server showed when it first started; a teacher needs no code that is still good
     #[arg(long, value_name = "TOKEN", env = "POTTERY_TEACHER_TOKEN", hide_env_values = true)]
     teacher_token: Option<TeacherToken>,
@@ -350,24 +359,6 @@ impl ClayName {
     }
 }
 
-/// How closely somebody looks on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum WatchName {
-    /// Every element, 30 times a second: what is pressed is pressed again, or, where that is too much, the clay to 11 µm
-    Spectator,
-    /// As a small picture among many: a coarse grid, 5 times a second
-    Gallery,
-}
-
-impl WatchName {
-    const fn detail(self) -> Detail {
-        match self {
-            Self::Spectator => Detail::Retold,
-            Self::Gallery => Detail::Gallery,
-        }
-    }
-}
-
 /// How a scripted hand holds its tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum HandKind {
@@ -424,6 +415,8 @@ pub(crate) struct WatchSession {
     /// Which studio, and which wheel for a close look.
     pub(crate) target: Target,
     pub(crate) detail: Detail,
+    /// How they work there, should they want to.
+    pub(crate) working: WindowSession,
 }
 
 /// A session in a window.
@@ -506,11 +499,13 @@ impl Arguments {
                     Where::At(address) => join.target(&address)?,
                     Where::Among(found) => return Ok(Mode::Found(found)),
                 };
-                if let Some(watch) = join.watch {
-                    return Ok(Mode::Watch(WatchSession { target, detail: watch.detail() }));
-                }
                 check_writable(join.record.as_ref())?;
-                return window(Place::Joined(target), None, &join.hold, &join.tool, join.record.as_ref());
+                let place = Place::Joined(target.clone());
+                let session = window(place, None, &join.hold, &join.tool, join.record.as_ref())?;
+                return Ok(match join.watch.detail()? {
+                    Some(detail) => Mode::Watch(WatchSession { target, detail, working: session }),
+                    None => Mode::Window(session),
+                });
             }
             Some(Command::Export(flags)) => {
                 return Ok(Mode::Export(Conversion { pot: flags.pot.clone(), out: flags.out.clone() }));
@@ -530,7 +525,8 @@ impl Arguments {
             "who hosts works at the wheel; look on with pottery-studio join ADDRESS --code CODE --watch gallery, or with --headless here"
         );
         let server = flags.server_config(ServerConfig::default().listen)?;
-        window(Place::Hosted(Box::new(server)), flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())
+        let place = Place::Hosted(Box::new(server));
+        Ok(Mode::Window(window(place, flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())?))
     }
 
     /// The headless session to fall back to when there is no display.
@@ -589,6 +585,7 @@ impl HostFlags {
             pot: PotSpec { support: self.support.support(), ..PotSpec::default() },
             clay: Material::from_wetness(self.wetness.unwrap_or(self.clay.preset().wetness())),
             record: self.record_session.clone(),
+            finest: self.smallest_tool_mm.map(|tool| Finest::of_mm(tool, self.finest_view_mm)),
             ..ServerConfig::default()
         };
         if let Some(path) = &self.open {
@@ -651,7 +648,7 @@ fn window(
     hold: &HoldFlags,
     tool: &ToolFlags,
     record: Option<&PathBuf>,
-) -> anyhow::Result<Mode> {
+) -> anyhow::Result<WindowSession> {
     let (name, text) = STROKES[0];
     let stroke = Arc::new(Stroke::parse(text).with_context(|| format!("the stroke {name}"))?);
     let device = hold.device.clone().unwrap_or_default();
@@ -659,7 +656,7 @@ fn window(
     let (core, rate) = (hold.pin_core, hold.rate);
     let (network, record) = (hold.network, record.cloned());
     let is_muted = hold.mute;
-    Ok(Mode::Window(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record }))
+    Ok(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record })
 }
 
 /// Says now, not after an hour's work, that a recording cannot be written.

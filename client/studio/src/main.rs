@@ -23,6 +23,7 @@ mod record;
 mod replaying;
 mod report;
 mod tool_choice;
+mod watch_choice;
 mod window;
 mod words;
 

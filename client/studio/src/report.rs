@@ -76,6 +76,9 @@ struct Network {
     resyncs: u64,
     retold_snapshots: u64,
     delta_snapshots: u64,
+    malformed: u64,
+    implausible: u64,
+    unsent_datagrams: u64,
 }
 
 /// One who looked on.
@@ -88,6 +91,8 @@ struct Watching {
     mended_tiles: u64,
     retold: u64,
     asked: u64,
+    malformed: u64,
+    implausible: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -155,8 +160,8 @@ fn watching((detail, report): &(Detail, WatchReport)) -> Watching {
     let rate = |bytes: u64| (bytes as f64 / report.duration.as_secs_f64()).round();
     Watching {
         detail: match detail {
-            Detail::Spectator | Detail::Retold => "spectator",
-            Detail::Gallery => "gallery",
+            detail if detail.shows_tools() => "spectator",
+            _ => "gallery",
         },
         down_bytes_per_s: rate(report.down_bytes),
         up_bytes_per_s: rate(report.up_bytes),
@@ -164,6 +169,8 @@ fn watching((detail, report): &(Detail, WatchReport)) -> Watching {
         mended_tiles: report.mended_tiles,
         retold: report.retold,
         asked: report.asked,
+        malformed: report.malformed,
+        implausible: report.implausible.total(),
     }
 }
 
@@ -212,6 +219,9 @@ impl SessionReport {
                 delta_snapshots: network().map(|part| part.steps.deltas).sum(),
                 repeats: network().map(|part| part.repeats).sum(),
                 resyncs: network().map(|part| part.resyncs).sum(),
+                malformed: network().map(|part| part.malformed).sum(),
+                implausible: network().map(|part| part.implausible.total()).sum(),
+                unsent_datagrams: network().map(|part| part.unsent).sum(),
             },
             watching: watched.iter().map(watching).collect(),
             prediction_error_mm: spread(&merged(network().map(|part| &part.correction_nm)), 1e-6),

@@ -4,6 +4,7 @@
 //! Invariant: whoever leaves has everything pressed confirmed and the recording written.
 
 mod app;
+mod closeness;
 mod depth;
 mod files;
 mod fingers;
@@ -20,17 +21,16 @@ mod player;
 mod stage;
 mod standing;
 mod tiles;
+mod visit;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, bail};
-use pottery_client::device::{OpenedDevice, pointer};
 use pottery_client::render::{Gpu, GpuAhead};
-use pottery_client::sound::Sound;
-use pottery_client::{Claim, Onlooker, Potter, PotterOptions, Priority};
-use pottery_shared::snapshot::Detail;
+use pottery_client::{Endpoint, PotterReport, Priority, Target};
+use tokio::runtime::Runtime;
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
@@ -41,16 +41,14 @@ use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
 pub(crate) use app::begin_timing;
-use app::{App, Begin, Held, Rates};
+use app::{App, Begin};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
 use looker::Looker;
 use overlay::Call;
 use panel::Invitation;
 use player::Player;
-
-/// What somebody who looks on in a window may be sent for long: a class of sixty wheels, or one that many work at.
-const WATCH_BYTES_PER_S: u32 = 256_000;
+use visit::{Here, Means, Seated, Visit};
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 pub(crate) fn frame(gpu: &Gpu) -> Duration {
@@ -108,54 +106,37 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         say!("others join with:  {}", invitation.command());
     }
     let runtime = hosting::runtime("network")?;
-    let (asked, mouse) = pointer();
-    let keeper = Keeper::open(Preferences::file());
-    let chosen = session.device.clone().fitted(keeper.liking().fit(session.device.name()));
-    let OpenedDevice { device, monitor } = chosen.open(mouse, &session.stroke).context("no thread for the device")?;
-    let peak_n = device.specs().peak_force_n;
     let (target, proxy) = match &session.network {
         Some(network) => runtime.block_on(network.before(target)).map(|(target, proxy)| (target, Some(proxy)))?,
         None => (target, None),
     };
-    let potter = runtime.block_on(async {
+    let (endpoint, seated) = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
-        let claim = Claim { is_raised: true, core: session.core, rate: session.rate };
-        let options = PotterOptions { record: session.record.is_some(), claim };
         app::time_join();
-        Potter::join(&endpoint, &target, device, options).await
+        let seated = Seated::at(&endpoint, &target, session).await?;
+        anyhow::Ok((endpoint, seated))
     })?;
+    let potter = &seated.potter;
     if let Place::Joined(target) = &session.place {
         known::note(target, potter.view().lock().fingerprint);
     }
     if let Priority::Refused { .. } = potter.granted().priority {
         say!("note: the hand's thread has {}", potter.granted());
     }
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    runtime.spawn(async move {
-        if tokio::signal::ctrl_c().await.is_ok() {
-            flag.store(true, Ordering::Relaxed);
-        }
-    });
-    let status = Arc::clone(potter.status());
-    let sound = Sound::start(session.is_muted, move || status.rub());
-    let (name, feel) = (session.device.name(), session.device.feel());
-    let (is_muted, rates) = (session.is_muted, Rates::new(Instant::now()));
-    let held = Held { name, feel, peak_n, monitor, sound, is_muted, rates };
-    let files = Files::new(session.opened.as_deref());
+    let interrupted = interruption(&runtime);
+    let (files, keeper) = (Files::new(session.opened.as_deref()), Keeper::open(Preferences::file()));
+    // who hosts, or records, stays at the wheel
+    let is_visitor = studio.is_none() && session.record.is_none();
+    let means = means(session, (&runtime, endpoint, target), &event_loop, &interrupted);
+    let held = seated.held(session);
     let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy(), interrupted };
-    let mut app = App::new(potter, asked, begin, &session.tool);
-    event_loop.run_app(&mut app).context("the window failed")?;
-    let (potter, failure) = app.finish();
-    let mut report = runtime.block_on(potter.leave())?;
+    let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
+    let (report, failure) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime)?;
     drop(proxy);
-    if let Some(path) = &session.record {
+    if let (Some(path), Some(mut report)) = (&session.record, report) {
         record::write(report.network.recording.take(), path)?;
     }
-    match failure {
-        Some(failure) => Err(failure),
-        None => Ok(Ended::ByPerson),
-    }
+    failure.map_or(Ok(Ended::ByPerson), Err)
 }
 
 /// Opens a window on a studio to look on, and stays until it is closed.
@@ -166,25 +147,79 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
     };
     let graphics = GpuAhead::begin().ok();
     let runtime = hosting::runtime("network")?;
-    let onlooker = runtime.block_on(async {
-        let endpoint = pottery_client::endpoint()?;
-        Onlooker::join(&endpoint, &session.target, WATCH_BYTES_PER_S).await
-    })?;
-    known::note(&session.target, onlooker.fingerprint());
-    let alone = match session.detail {
-        Detail::Spectator | Detail::Retold => Some(session.target.wheel),
-        Detail::Gallery => None,
+    let WatchSession { working, target, detail } = session;
+    let (through, proxy) = match &working.network {
+        Some(network) => runtime.block_on(network.before(target.clone())).map(|(at, proxy)| (at, Some(proxy)))?,
+        None => (target.clone(), None),
     };
+    let (endpoint, onlooker) = runtime.block_on(async {
+        let endpoint = pottery_client::endpoint()?;
+        let onlooker = visit::look_on(&endpoint, &through).await?;
+        anyhow::Ok((endpoint, onlooker))
+    })?;
+    known::note(target, onlooker.fingerprint());
+    let alone = detail.shows_tools().then_some(target.wheel);
     let wheels = onlooker.look(|watcher, _| watcher.wheels());
     if let Some(wheel) = alone.filter(|wheel| !(1..=wheels).contains(wheel)) {
         bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
     }
+    let interrupted = interruption(&runtime);
+    let means = means(working, (&runtime, endpoint, through), &event_loop, &interrupted);
+    let alone = alone.map(|wheel| (wheel, *detail));
     let keeper = Keeper::open(Preferences::file());
-    let mut looker = Looker::new(onlooker, alone, &keeper, graphics, event_loop.create_proxy());
-    event_loop.run_app(&mut looker).context("the window failed")?;
-    let (onlooker, failure) = looker.finish();
-    runtime.block_on(onlooker.leave())?;
+    let looker = Looker::new(onlooker, alone, &keeper, graphics, event_loop.create_proxy()).with_seats();
+    let (_, failure) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime)?;
+    drop(proxy);
     failure.map_or(Ok(Ended::ByPerson), Err)
+}
+
+fn means(
+    session: &WindowSession,
+    (runtime, endpoint, target): (&Runtime, Endpoint, Target),
+    event_loop: &EventLoop<Call>,
+    interrupted: &Arc<AtomicBool>,
+) -> Means {
+    Means {
+        runtime: runtime.handle().clone(),
+        endpoint,
+        session: session.clone(),
+        target,
+        proxy: event_loop.create_proxy(),
+        interrupted: Arc::clone(interrupted),
+    }
+}
+
+/// Set once somebody wants the program to end from outside.
+fn interruption(runtime: &Runtime) -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    runtime.spawn(async move {
+        if tokio::signal::ctrl_c().await.is_ok() {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    interrupted
+}
+
+/// Stays until the window is closed; what a stay gave who is at a wheel then, and what went wrong.
+fn visit(
+    event_loop: EventLoop<Call>,
+    mut visit: Visit,
+    runtime: &Runtime,
+) -> anyhow::Result<(Option<PotterReport>, Option<anyhow::Error>)> {
+    event_loop.run_app(&mut visit).context("the window failed")?;
+    Ok(match visit.finish() {
+        Here::Working(app) => {
+            let (potter, failure) = app.finish();
+            (Some(runtime.block_on(potter.leave())?), failure)
+        }
+        Here::Looking(looker) => {
+            let (onlooker, failure) = looker.finish();
+            runtime.block_on(onlooker.leave())?;
+            (None, failure)
+        }
+        Here::Nobody => (None, None),
+    })
 }
 
 /// Opens a window on a session that is replayed and stays until it is closed.

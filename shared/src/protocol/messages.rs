@@ -405,6 +405,8 @@ pub enum Notice {
     News(NewsWire),
     /// How far pots are from what they are to become, of some wheels, for teachers; of none when there is no target any more.
     Progress(Vec<ProgressWire>),
+    /// A wheel is shown in as many ways as it can be; this one is none of them. Those with a name always are.
+    NoSight(SightName),
 }
 
 /// A tool and how it is turned.

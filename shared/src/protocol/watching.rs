@@ -13,8 +13,34 @@ use super::{ClayWire, MeshWire, WheelWire};
 pub struct SightName {
     /// Number of the wheel, from 1.
     pub wheel: u16,
-    /// Number of how much of it.
-    pub detail: u8,
+    /// How much of it.
+    pub detail: DetailWire,
+}
+
+/// How much of a wheel is shown. What has a name is said by that, which is short.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+pub enum DetailWire {
+    /// To who looks on at one wheel.
+    Spectator,
+    /// In a small picture among many.
+    Gallery,
+    /// What was pressed, to who can press it again.
+    Retold,
+    /// Otherwise.
+    Own {
+        /// How coarse radii are, in the finest steps: 1 to 256.
+        quantum: u16,
+        /// Elements that are taken together, each way: 1 to 8.
+        fold: u8,
+        /// Snapshots of which one is told: 1 to 60.
+        every: u8,
+        /// First row of tiles that is shown, of the sight's own grid.
+        first: u8,
+        /// The row after the last; 255 for all from the first up.
+        end: u8,
+        /// Whether tools are shown.
+        tools: bool,
+    },
 }
 
 /// What was told to everybody at a wheel, for those who look on closely.

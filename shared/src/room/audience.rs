@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use super::bench::{Bench, Seen};
 use super::pieces::bodies;
 use super::{Outbox, PeerId};
-use crate::protocol::{self, Body, Keyframe, NewsOf, NewsWire, Notice, Request, Sight, SightName};
+use crate::protocol::{self, Body, DetailWire, Keyframe, NewsOf, NewsWire, Notice, Request, Sight, SightName};
 use crate::room::{Lane, Transmit};
 use crate::session::{Allowance, Peer};
 use crate::snapshot::{Detail, SnapshotClock, Version};
@@ -26,10 +26,7 @@ const WRAPPING_BYTES: i64 = 57;
 
 /// Its share of the bytes against those of other sights, when there are too few for all.
 const fn weight(detail: Detail) -> i64 {
-    match detail {
-        Detail::Spectator | Detail::Retold => 4,
-        Detail::Gallery => 1,
-    }
+    if detail.fold() < 4 { 4 / detail.fold() as i64 } else { 1 }
 }
 
 /// What somebody may still be sent.
@@ -140,7 +137,8 @@ impl Audience {
             }
         };
         let place = usize::from(sight.wheel).wrapping_sub(1);
-        let Some(detail) = Detail::from_number(sight.detail).filter(|_| place < benches.len()) else {
+        let is_of = |detail: &Detail| benches.get(place).is_some_and(|bench| detail.is_of(bench.pot().spec().shape));
+        let Some(detail) = Detail::try_from(sight.detail).ok().filter(is_of) else {
             self.refused += 1;
             return;
         };
@@ -149,7 +147,8 @@ impl Audience {
         let (has_room, cost) = match &wants {
             Wants::On(_) => (is_shown || viewer.sights.len() < SIGHTS_MAX, 1),
             Wants::Mended(..) => (is_shown, MEND_COST),
-            Wants::Nothing => (true, 1),
+            // who asks for less is not to be left with more
+            Wants::Nothing => (true, i64::from(!is_shown)),
         };
         if !has_room || !viewer.allowance.grant(now, cost) {
             self.refused += 1;
@@ -157,7 +156,12 @@ impl Audience {
         }
         match wants {
             Wants::On(have) => {
-                benches[place].open_view(detail, now);
+                if !is_shown && !benches[place].open_view(detail, now) {
+                    self.refused += 1;
+                    let notice = Peer::notice(&Notice::NoSight(sight));
+                    outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
+                    return;
+                }
                 if !is_shown && detail.shows_tools() {
                     let standing = benches[place].standing().map(|news| news_frame(place, news));
                     outbox.extend(standing.map(|frame| Transmit { to: peer, lane: Lane::Control(frame) }));
@@ -269,7 +273,7 @@ fn is_wanted(bench: &Bench, place: usize, detail: Detail, shown: &Shown, now: Ti
     let has_tools = detail.shows_tools() && bench.has_tools(now);
     let is_due = is_due(place, detail, now);
     // the author goes on more often than those who look on are told
-    let is_news = shown.from != Some(seen.latest()) && (is_due || shown.has_asked || detail != Detail::Retold);
+    let is_news = shown.from != Some(seen.latest()) && (is_due || shown.has_asked || !detail.is_retold());
     is_news || shown.differs.is_some() || (has_tools && is_due) || now >= shown.beat_at
 }
 
@@ -302,8 +306,8 @@ fn keyframe(seen: Seen<'_>, key: (usize, Detail), since: Version, mended: u16, b
     })
 }
 
-const fn name_of((place, detail): (usize, Detail)) -> SightName {
-    SightName { wheel: place as u16 + 1, detail: detail.number() }
+fn name_of((place, detail): (usize, Detail)) -> SightName {
+    SightName { wheel: place as u16 + 1, detail: DetailWire::from(detail) }
 }
 
 /// Bytes of a keyframe on the line.
@@ -357,7 +361,7 @@ fn show(
         let bodies = bodies(&first, seen.ways_from(from).into_iter().flatten(), protocol::DATAGRAM_MAX);
         let sights = bodies.into_iter().enumerate().map(|(number, body)| {
             // who presses again was told how the wheel turns
-            let turning = (number == 0 && detail != Detail::Retold).then(|| bench.turning(now));
+            let turning = (number == 0 && !detail.is_retold()).then(|| bench.turning(now));
             protocol::encode(&Sight { name: name_of((place, detail)), turning, body })
         });
         sights.collect()

@@ -42,6 +42,15 @@ impl View {
         }
     }
 
+    /// Somebody comes, for whom the next of the author's snapshots is one of this as well.
+    pub(super) const fn note_newcomer(&mut self) {
+        self.tier.note_newcomer();
+    }
+
+    pub(super) const fn has_newcomer(&self) -> bool {
+        self.tier.has_newcomer()
+    }
+
     pub(super) const fn latest(&self) -> Version {
         self.tier.latest()
     }

@@ -1,7 +1,8 @@
 //! Deltas and retellings put together from their fragments.
 //!
 //! Knows no clay: hands out what is whole in the order of its versions.
-//! Invariant: holds at most [`VERSIONS_MAX`] unfinished versions of at most [`BYTES_MAX`] bytes each.
+//! Invariant: holds at most [`VERSIONS_MAX`] unfinished versions, of at most [`BYTES_MAX`] bytes each and [`ALL_BYTES_MAX`] together, in no more than
+//! [`FRAGMENTS_MAX`] pieces each.
 
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
@@ -12,7 +13,13 @@ use crate::units::Tick;
 
 const VERSIONS_MAX: usize = 32;
 const BYTES_MAX: usize = 1 << 20;
+/// Bytes of all pieces: what comes once more when it is asked for again is worth no more.
+const ALL_BYTES_MAX: usize = 4 << 20;
 const FRAGMENTS_MAX: u16 = 1024;
+/// Most memory that unfinished snapshots of one sight take: their pieces, what retellings say once they are read, and the tables of pieces and
+/// versions.
+pub const WAITING_BYTES_MAX: usize =
+    2 * ALL_BYTES_MAX + VERSIONS_MAX * (2 * FRAGMENTS_MAX as usize * size_of::<Option<Vec<u8>>>() + 1024);
 
 /// What a pulse said of the snapshot that was then the latest.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +108,6 @@ pub(super) struct Traveller {
 pub(super) struct Assembly {
     ways: BTreeMap<Version, Way>,
     standings: BTreeMap<Version, Standing>,
-    latest: Version,
 }
 
 impl Assembly {
@@ -117,13 +123,13 @@ impl Assembly {
             } else {
                 known.digest = known.digest.or(standing.digest);
             }
-            self.latest = self.latest.max(latest);
         }
         let mut sound = true;
         for fragment in body.fragments {
-            sound &= self.add(fragment, Tick(body.tick), held);
+            // a piece of a snapshot that there is not yet
+            sound &= fragment.version <= body.latest && self.add(fragment, Tick(body.tick), held);
         }
-        while self.ways.len() > VERSIONS_MAX {
+        while self.ways.len() > VERSIONS_MAX || self.bytes() > ALL_BYTES_MAX {
             self.ways.pop_last();
         }
         while self.standings.len() > VERSIONS_MAX {
@@ -184,6 +190,17 @@ impl Assembly {
         }
     }
 
+    /// Bytes of all pieces.
+    fn bytes(&self) -> usize {
+        self.ways.values().map(|way| way.delta.bytes + way.transcript.bytes).sum()
+    }
+
+    /// Forgets what is newer than `latest`, since there is nothing newer.
+    pub(super) fn go_back(&mut self, latest: Version) {
+        self.ways.retain(|version, _| *version <= latest);
+        self.standings.retain(|version, _| *version <= latest);
+    }
+
     /// Forgets what is not newer than `held`.
     pub(super) fn forget(&mut self, held: Version) {
         self.ways.retain(|version, _| *version > held);
@@ -193,10 +210,5 @@ impl Assembly {
     /// Drops the digest of a version once it was looked at.
     pub(super) fn take_digest(&mut self, version: Version) -> Option<u64> {
         self.standings.get_mut(&version)?.digest.take()
-    }
-
-    /// The newest snapshot that any pulse told of.
-    pub(super) const fn latest(&self) -> Version {
-        self.latest
     }
 }

@@ -3,29 +3,30 @@
 //! Owns the replica, the predictor, the lead and what is still to be sent.
 //! Invariant: after [`Client::rebase`], prediction stands on the newest confirmed clay that is whole.
 
+mod incoming;
+
 use alloc::collections::VecDeque;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
-use super::assembly::{Assembly, Step, Traveller};
+use super::assembly::Assembly;
+use super::course::{Course, Implausible};
 use super::effort::Effort;
 use super::lead::Lead;
 use super::mending::{MendCounts, Mending};
 use super::redundancy::Redundancy;
-use super::retelling::{UNLIKE_MAX, press_again};
-use super::welcome::{conditions_of, pot_of, remote_tool};
+use super::retelling::UNLIKE_MAX;
+use super::welcome::{conditions_of, pot_of};
 use super::{
     BringError, ClassView, ClientError, ClientEvent, GuidanceView, GuidingHand, PutError, RemoteTool, StepCounts,
     greeting, hand_wire, mesh_of, putting, runs, tool_of, with_one_more,
 };
 use crate::clay::{Conditions, Form, Pot, SubStep};
 use crate::prediction::{Patch, Predictor};
-use crate::protocol::{
-    self, HandWire, Hello, Inputs, Keyframe, MeshWire, Notice, Pass, Pulse, Purpose, Request, StepsWire, Upload,
-};
-use crate::snapshot::{PotRecord, Replica, SnapshotClock, SnapshotError, Touched, Version};
+use crate::protocol::{self, HandWire, Hello, Inputs, MeshWire, Notice, Pass, Purpose, Request, StepsWire, Upload};
+use crate::snapshot::{PotRecord, Replica, SnapshotClock, Touched};
 use crate::tool::{ConvexTool, Shape, ToolSample};
 use crate::units::Tick;
 
@@ -40,6 +41,7 @@ pub struct Client {
     replica: Replica,
     predictor: Predictor,
     lead: Lead,
+    course: Course,
     redundancy: Redundancy,
     assembly: Assembly,
     tools: Vec<RemoteTool>,
@@ -56,6 +58,8 @@ pub struct Client {
     /// Number of the first own sample never sent.
     unsent: u32,
     acknowledged: u32,
+    /// Number of the first own sample that the server has not taken yet, by its newest word.
+    awaited: u32,
     progress_at: Duration,
     repeated_at: Duration,
     /// When samples were sent, and when some of them were new.
@@ -64,7 +68,7 @@ pub struct Client {
     /// When it last asked to be told again.
     asked_at: Duration,
     round_trip: Duration,
-    behind: Option<Behind>,
+    behind: Option<incoming::Behind>,
     mismatches: u64,
     mending: Mending,
     repeats: u64,
@@ -84,16 +88,6 @@ pub struct Client {
     hand: Option<HandWire>,
 }
 
-/// That newer clay is known of than can be come to.
-#[derive(Clone, Copy, Debug)]
-struct Behind {
-    /// From when on it asks to be told again, and whether it has.
-    ask_at: Duration,
-    has_asked: bool,
-    /// When it asks for a keyframe.
-    resync_at: Duration,
-}
-
 impl Client {
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
@@ -101,14 +95,8 @@ impl Client {
     /// ends, and who waits for an answer waits a way and back.
     const LAST_FOR: Duration = Duration::from_millis(100);
     const LAST_EVERY: Duration = Duration::from_millis(10);
-    /// Time without getting on after which what is missing is asked for: longer than packets overtake each other.
-    const AGAIN_AFTER: Duration = Duration::from_millis(40);
-    /// Round trips, and somewhat, in which it asks to be told again before it asks for a keyframe.
-    const AGAIN_MAX: u32 = 3;
     /// Time between two datagrams that say nothing else than that.
     const AGAIN_EVERY: Duration = Duration::from_millis(20);
-    /// Time beside the round trip after which a keyframe is asked for, since saying it again did not help.
-    const RESYNC_AFTER: Duration = Duration::from_millis(200);
 
     /// The first frame to send. A client that `retells` gets what was pressed and presses it again, which takes a tenth of
     /// the bytes that changed tiles do, and time.
@@ -149,6 +137,7 @@ impl Client {
             predictor: Predictor::new(&replica, now, clock),
             replica,
             lead: Lead::new(local, now, ahead),
+            course: Course::since(now, local),
             redundancy: Redundancy::default(),
             assembly: Assembly::default(),
             tools: Vec::new(),
@@ -161,6 +150,7 @@ impl Client {
             events: VecDeque::new(),
             unsent: 0,
             acknowledged: 0,
+            awaited: 0,
             progress_at: Duration::ZERO,
             repeated_at: Duration::ZERO,
             sent_at: Duration::ZERO,
@@ -275,6 +265,12 @@ impl Client {
         self.mending.counts()
     }
 
+    /// What the server said that cannot be true, and was refused.
+    #[must_use]
+    pub const fn implausible(&self) -> &Implausible {
+        self.course.refused()
+    }
+
     /// How the replica came to its snapshots.
     #[must_use]
     pub const fn step_counts(&self) -> &StepCounts {
@@ -324,7 +320,7 @@ impl Client {
     /// Whether every own sample has been confirmed, the newest known snapshot is held and prediction stands on it.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        let is_latest = !self.mending.is_waiting() && self.assembly.latest() <= self.replica.version();
+        let is_latest = !self.mending.is_waiting() && self.course.latest() <= self.replica.version();
         !self.needs_rebase() && self.predictor.pending().is_empty() && is_latest
     }
 
@@ -451,163 +447,6 @@ impl Client {
         Ok(())
     }
 
-    /// Takes in a datagram; false when it made no sense and was dropped.
-    pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
-        let Ok(pulse) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(bytes) else { return false };
-        let next = self.predictor.next_sequence();
-        self.lead.handle_tick(Tick(pulse.body.tick), now.as_millis() as u64, next, now);
-        if let Some(slack) = pulse.head.slack {
-            self.redundancy.handle_slack(slack, now);
-            self.lead.handle_slack(slack, pulse.head.acknowledged, next, now);
-        }
-        if let Some(hand) = &pulse.head.teacher
-            && self.guidance.hear(hand)
-        {
-            self.events.push_back(ClientEvent::Hand);
-        }
-        let mut body = pulse.body;
-        if let Some(tools) = body.tools.take()
-            && Tick(body.tick) > self.tools_tick
-        {
-            self.tools_tick = Tick(body.tick);
-            self.tools = tools.iter().filter_map(remote_tool).collect();
-        }
-        let sound = self.assembly.handle(body, pulse.head.acknowledged, self.replica.version());
-        self.catch_up(now);
-        sound
-    }
-
-    /// Takes in a keyframe stream; false when it made no sense and was dropped.
-    pub fn handle_keyframe(&mut self, bytes: &[u8], now: Duration) -> bool {
-        let Ok(keyframe) = protocol::decode::<{ protocol::KEYFRAME_MAX }, Keyframe>(bytes) else { return false };
-        let (version, since) = (Version(keyframe.version), Version(keyframe.since));
-        if version < self.replica.version() {
-            return true;
-        }
-        let Keyframe { bytes, goes_on, .. } = &keyframe;
-        match self.replica.apply_keyframe(version, since, bytes, *goes_on, &mut self.news) {
-            Ok(()) => {}
-            // what it starts from was lost as well, and is asked for
-            Err(SnapshotError::NotNext { .. }) => return true,
-            Err(_) => return false,
-        }
-        self.confirm(Tick(keyframe.tick), keyframe.acknowledged, now);
-        self.assembly.forget(version);
-        self.mending.handle_keyframe(keyframe.mended);
-        self.behind = None;
-        self.catch_up(now);
-        true
-    }
-
-    /// Applies every delta that is whole, checks the digest and asks for what stays missing.
-    fn catch_up(&mut self, now: Duration) {
-        if self.mending.is_waiting() {
-            if let Some(request) = self.mending.due(&self.replica, now, self.round_trip) {
-                self.request(&request);
-            }
-            return;
-        }
-        let held = self.replica.version();
-        if let Some((version, standing)) = self.assembly.reachable(held, self.traveller()) {
-            let mut is_alike = Ok(true);
-            while is_alike == Ok(true) && self.replica.version() < version {
-                is_alike = self.step();
-            }
-            let is_there = is_alike == Ok(true);
-            if is_there && (version > held || standing.acknowledged != self.acknowledged) {
-                self.confirm(standing.tick, standing.acknowledged, now);
-            }
-            self.assembly.forget(self.replica.version());
-            match is_alike {
-                Ok(true) | Err(SnapshotError::Unlearned { .. }) => {}
-                Ok(false) => return self.mend(now),
-                Err(SnapshotError::Malformed { .. } | SnapshotError::NotNext { .. }) => self.resync(Version(0)),
-            }
-        }
-        match self.assembly.take_digest(self.replica.version()) {
-            Some(digest) if digest == self.replica.digest() => self.mending.handle_match(),
-            Some(_) => {
-                self.mismatches += 1;
-                return self.mend(now);
-            }
-            None => {}
-        }
-        if self.replica.version() > held || self.assembly.latest() <= self.replica.version() {
-            self.behind = None;
-        }
-        if self.assembly.latest() > self.replica.version() {
-            self.ask(now);
-        }
-    }
-
-    /// Sees to it that what stays missing comes: it asks to be told again with every datagram, and then for a keyframe.
-    fn ask(&mut self, now: Duration) {
-        let patience = Self::AGAIN_AFTER + (self.round_trip + Self::AGAIN_AFTER * 2) * Self::AGAIN_MAX;
-        let fresh = Behind { ask_at: now + Self::AGAIN_AFTER, resync_at: now + patience, has_asked: false };
-        let behind = self.behind.get_or_insert(fresh);
-        if now >= behind.ask_at && !behind.has_asked {
-            behind.has_asked = true;
-            self.repeats += 1;
-        }
-        if now >= behind.resync_at {
-            behind.resync_at = now + (self.round_trip + Self::RESYNC_AFTER) * 3;
-            self.resync(self.replica.version());
-        }
-    }
-
-    /// The version from which it wants to be told again.
-    fn again(&self, now: Duration) -> Option<u32> {
-        let is_late = self.behind.is_some_and(|behind| now >= behind.ask_at) && !self.mending.is_waiting();
-        is_late.then_some(self.replica.version().0)
-    }
-
-    fn traveller(&self) -> Traveller {
-        Traveller { told: self.told, takes_deltas: self.replica.takes_deltas() }
-    }
-
-    /// Goes one snapshot on; says whether the clay is then the author's, as far as can be seen.
-    fn step(&mut self) -> Result<bool, SnapshotError> {
-        let next = self.replica.version().next();
-        match self.assembly.take(next, self.traveller()) {
-            None => Err(SnapshotError::NotNext { delta: next, held: self.replica.version() }),
-            Some(Step::Delta(bytes)) => {
-                self.counts.deltas += 1;
-                self.replica.apply_delta(next, &bytes, &mut self.news).map(|()| true)
-            }
-            Some(Step::Retelling(told, near)) => {
-                self.counts.retold += 1;
-                let under = (&self.conditions, &mut self.substep);
-                let is_alike = press_again(&mut self.replica, &told, near, under, &mut self.news)?;
-                if !is_alike {
-                    self.counts.unlike += 1;
-                    if self.counts.unlike == UNLIKE_MAX {
-                        self.retell(false);
-                    }
-                }
-                Ok(is_alike)
-            }
-        }
-    }
-
-    /// Stands still until what differs has come.
-    fn mend(&mut self, now: Duration) {
-        let request = self.mending.begin(&self.replica, now, self.round_trip);
-        self.request(&request);
-    }
-
-    fn resync(&mut self, have: Version) {
-        self.resyncs += 1;
-        self.request(&Request::Resync { have: have.0 });
-    }
-
-    fn confirm(&mut self, tick: Tick, acknowledged: u32, now: Duration) {
-        if (acknowledged.wrapping_sub(self.acknowledged) as i32) > 0 {
-            self.acknowledged = acknowledged;
-            self.progress_at = now;
-        }
-        self.confirmed = Some(tick);
-    }
-
     /// Whether clay was confirmed on which prediction does not stand yet.
     #[must_use]
     pub const fn needs_rebase(&self) -> bool {
@@ -674,6 +513,10 @@ impl Client {
             self.redundancy.handle_silence(now);
             // the server waits for what is missing, so all that follows was in vain too
             self.unsent = oldest;
+            if (oldest.wrapping_sub(self.awaited) as i32) > 0 {
+                // it said once that it had them, and they are gone here: it is to go on without them
+                return Some(runs::nothing(self.awaited, oldest.wrapping_sub(self.awaited)));
+            }
             oldest
         } else if anything_unsent {
             let behind_oldest = self.unsent.wrapping_sub(oldest) as i32;

@@ -28,6 +28,9 @@ pub enum ClientError {
     /// Whoever came back found another studio than was left.
     #[error("the studio has other pots or wheels now: join it anew")]
     Otherwise,
+    /// The server's time is another than it was, so that nothing that was stamped is worth anything.
+    #[error("the studio's time has leapt: join it anew")]
+    Leapt,
     /// A tool that the server announces cannot be made.
     #[error("the server's tool {shape} cannot be made: {fault}")]
     Tool {
@@ -61,6 +64,9 @@ pub enum ClientEvent {
     Guidance(GuidanceEvent),
     /// There is a newer place of the hand that guides this client.
     Hand,
+    /// The server's time is another than it was: what was stamped with the one before is worth nothing, and so is this session. Leave it and join
+    /// anew.
+    Leapt,
     /// The server stops.
     Closing,
 }

@@ -98,8 +98,11 @@ impl Peer {
         match protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Upload>(bytes) {
             Ok(Upload { inputs, hand, again }) => {
                 self.inputs.handle_inputs(&inputs, now, tools);
-                // datagrams overtake each other
-                let is_newest = |hand: &HandWire| self.hand.is_none_or(|known| hand.tick > known.tick);
+                // datagrams overtake each other, and a hand of a time far ahead would be the newest for long
+                let is_newest = |hand: &HandWire| {
+                    Tick(hand.tick).since(now) <= InputQueue::FUTURE_MAX
+                        && self.hand.is_none_or(|known| hand.tick > known.tick)
+                };
                 self.hand = hand.filter(|hand| is_newest(hand) && hand_of(0, hand).is_some()).or(self.hand);
                 again
             }

@@ -14,6 +14,9 @@ use crate::units::Tick;
 /// bytes, three parameters and the rest of a byte.
 const RUN_BITS_MAX: usize = 8 * 56;
 
+/// Samples that are none in one message, each of three bits.
+const NOTHING_MAX: u32 = 1024;
+
 /// The tool of a sample as it travels.
 pub(super) fn shape_of(tool: Tool, orientation: Orientation) -> ShapeWire {
     match tool {
@@ -87,6 +90,15 @@ pub fn pack<'a>(samples: impl Iterator<Item = &'a Pending>, bytes_max: usize) ->
         count += 1;
     }
     (inputs, count)
+}
+
+/// As many samples as a message may stand for that are none: the server counts and refuses them, and goes on with the next number.
+pub(super) fn nothing(first: u32, count: u32) -> Inputs {
+    let steps = alloc::vec![[0; 3]; count.clamp(1, NOTHING_MAX) as usize - 1];
+    let tool = ShapeWire::Sphere { radius_um: 0 };
+    let run =
+        Run { first_tick: 0, tool, inside: false, start: [0; 3], steps: Steps::from(steps), turns: Steps::default() };
+    Inputs { first, runs: alloc::vec![run], rests: false }
 }
 
 fn step_between(last: &ToolSample, next: &ToolSample) -> Option<Step> {

@@ -8,6 +8,7 @@ use core::time::Duration;
 
 use super::RemoteTool;
 use super::assembly::{Assembly, Step, Traveller};
+use super::course::{Course, Implausible, Word};
 use super::mending::{MendCounts, Mending};
 use super::retelling::press_again;
 use super::setting::Setting;
@@ -31,6 +32,7 @@ pub struct Watched {
     detail: Detail,
     replica: Replica,
     assembly: Assembly,
+    course: Course,
     /// Whether the first keyframe has come.
     is_whole: bool,
     tick: Tick,
@@ -52,6 +54,7 @@ pub(super) struct WatchCounts {
     /// Snapshots that it came to by pressing again, and of those with other clay than the author's.
     pub(super) retold: u64,
     pub(super) unlike: u64,
+    pub(super) implausible: Implausible,
 }
 
 impl core::ops::AddAssign for WatchCounts {
@@ -61,6 +64,7 @@ impl core::ops::AddAssign for WatchCounts {
         self.mended += other.mended;
         self.retold += other.retold;
         self.unlike += other.unlike;
+        self.implausible += other.implausible;
     }
 }
 
@@ -74,6 +78,7 @@ impl Watched {
             detail,
             replica: Replica::with_quantum(pot, detail.quantum()),
             assembly: Assembly::default(),
+            course: Course::default(),
             is_whole: false,
             tick: Tick(0),
             wheel: Wheel::default(),
@@ -133,10 +138,14 @@ impl Watched {
         self.news.clear();
     }
 
-    pub(super) fn handle(&mut self, sight: Sight) -> bool {
+    pub(super) fn handle(&mut self, sight: Sight, now: Duration) -> bool {
         let Sight { turning, body, .. } = sight;
         let tick = Tick(body.tick);
-        if tick >= self.tick {
+        if !self.hear((tick, Version(body.latest)), now, true) {
+            return false;
+        }
+        // a time that was believed wrongly is over when the server's is another
+        if tick >= self.tick.min(self.course.tick()) {
             self.tick = tick;
             if let Some(turning) = turning {
                 self.wheel = Wheel::starting_at(Tick(turning.from), Phase(turning.phase), turning.rate);
@@ -148,9 +157,28 @@ impl Watched {
         self.assembly.handle(Body { tools: None, ..body }, 0, self.replica.version())
     }
 
-    /// What was counted, with what was mended.
+    /// Takes in what every message says of the server's time and the snapshots of this sight; false when that cannot be true.
+    fn hear(&mut self, (tick, latest): (Tick, Version), now: Duration, prompt: bool) -> bool {
+        let word = self.course.hear(tick, latest, now.as_millis() as u64, prompt);
+        if matches!(word, Word::Back | Word::Leapt) {
+            self.assembly.go_back(latest);
+            if self.replica.version() > latest {
+                // what is held never was; only the whole pot leads away from there
+                self.replica.distrust();
+                (self.is_whole, self.ask) = (false, Some((now, ASK_ON_MAX)));
+            }
+        }
+        word != Word::Refused
+    }
+
+    /// What was counted, with what was mended and refused.
     pub(super) fn counts(&self) -> WatchCounts {
-        WatchCounts { mended: *self.mending.counts(), ..self.counts }
+        WatchCounts { mended: *self.mending.counts(), implausible: *self.course.refused(), ..self.counts }
+    }
+
+    /// When what is missing is asked for again.
+    pub(super) fn patience(&self) -> Duration {
+        self.ask.map_or(Duration::ZERO, |(at, _)| at)
     }
 
     pub(super) const fn name(&self) -> SightName {
@@ -164,19 +192,22 @@ impl Watched {
 
     /// Whether newer clay is known of than is held, or what is held is otherwise than it should be.
     pub(super) fn is_behind(&self) -> bool {
-        self.assembly.latest() > self.replica.version() || self.mending.is_waiting()
+        self.course.latest() > self.replica.version() || self.mending.is_waiting()
     }
 
     /// Takes in how the wheel turns, unless that comes with the clay.
     pub(super) fn turn(&mut self, wheel: &Wheel) {
-        if self.detail == Detail::Retold {
+        if self.detail.is_retold() {
             self.wheel = wheel.clone();
         }
     }
 
     /// Takes in a keyframe of it; false when it made no sense.
-    pub(super) fn handle_keyframe(&mut self, keyframe: &Keyframe) -> bool {
+    pub(super) fn handle_keyframe(&mut self, keyframe: &Keyframe, now: Duration) -> bool {
         let (version, since) = (Version(keyframe.version), Version(keyframe.since));
+        if !self.hear((Tick(keyframe.tick), version), now, false) {
+            return false;
+        }
         if version < self.replica.version() {
             return true;
         }
@@ -186,7 +217,7 @@ impl Watched {
                 self.is_whole = true;
                 self.ask = None;
                 self.mending.handle_keyframe(keyframe.mended);
-                self.tick = self.tick.max(Tick(keyframe.tick));
+                self.tick = self.tick.max(Tick(keyframe.tick)).min(self.course.tick());
             }
             // it leads on from what was lost as well; that is asked for
             Err(SnapshotError::NotNext { .. }) => {}
@@ -210,7 +241,7 @@ impl Watched {
 
     fn go_on(&mut self, setting: Option<&mut Setting>, now: Duration, round_trip: Duration) -> Option<Request> {
         // who presses again has to know under what
-        if self.mending.is_waiting() || (setting.is_none() && self.detail == Detail::Retold) {
+        if self.mending.is_waiting() || (setting.is_none() && self.detail.is_retold()) {
             return None;
         }
         let held = self.replica.version();
@@ -244,7 +275,7 @@ impl Watched {
         if is_unlike {
             return Some(self.mend(now, round_trip));
         }
-        if self.replica.version() > held || (self.is_whole && self.assembly.latest() <= self.replica.version()) {
+        if self.replica.version() > held || (self.is_whole && self.course.latest() <= self.replica.version()) {
             self.ask = None;
         }
         None
@@ -307,7 +338,7 @@ impl Watched {
     }
 
     fn traveller(&self, setting: Option<&Setting>) -> Traveller {
-        let takes_deltas = self.detail != Detail::Retold && self.replica.takes_deltas();
+        let takes_deltas = !self.detail.is_retold() && self.replica.takes_deltas();
         Traveller { told: setting.map_or(0, |setting| setting.told), takes_deltas }
     }
 

@@ -1,7 +1,7 @@
 //! The client's end of a connection that only looks on: any number of wheels, each at the detail that was asked for.
 //!
 //! Owns a replica of each sight; predicts nothing, since nobody here presses. Holds no clock and no socket.
-//! Invariant: while the detail of a wheel changes, the sight there was goes on until the new one is whole.
+//! Invariant: while the detail of a wheel changes, the sight there was stays until the new one is whole and as new.
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
@@ -9,6 +9,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
 
+use super::course::Implausible;
 use super::effort::Effort;
 use super::mending::MendCounts;
 use super::retelling::UNLIKE_MAX;
@@ -16,7 +17,7 @@ use super::setting::{self, Setting};
 use super::watched::{ASK_AGAIN_AFTER, WatchCounts, Watched};
 use super::welcome::pot_of;
 use super::{ClassView, ClientError, greeting, target_of};
-use crate::clay::{MethodKind, Pot, Target};
+use crate::clay::{MethodKind, Pot, PotSpec, Target};
 use crate::protocol::{self, Hello, Keyframe, NewsWire, Notice, Pass, Purpose, Request, Sight, SightName};
 use crate::snapshot::Detail;
 use crate::tool::ConvexTool;
@@ -105,6 +106,18 @@ impl Watcher {
         })
     }
 
+    /// What the pots of the studio are made of.
+    #[must_use]
+    pub const fn pot_spec(&self) -> &PotSpec {
+        self.pot.spec()
+    }
+
+    /// Wheels of which a sight is on its way in the place of another.
+    #[must_use]
+    pub fn changing(&self) -> usize {
+        self.places.values().filter(|place| place.coming.is_some() && place.shown.is_some()).count()
+    }
+
     /// Number of wheels; they are numbered from 1.
     #[must_use]
     pub const fn wheels(&self) -> u16 {
@@ -149,18 +162,23 @@ impl Watcher {
     }
 
     /// Begins to watch a wheel, or watches it at another detail from now on: what there is of it is shown until the new sight
-    /// is whole. Who does not keep up with [`Detail::Retold`] gets [`Detail::Spectator`], until it is tried again.
+    /// is whole. Who does not keep up with [`Detail::RETOLD`] gets [`Detail::SPECTATOR`], until it is tried again; where the wheel is
+    /// shown in as many ways as it can be, [`Detail::preset`] takes the place of one without a name.
     pub fn watch(&mut self, wheel: u16, detail: Detail, now: Duration) {
-        let detail = if detail == Detail::Retold && !self.keeps_up { Detail::Spectator } else { detail };
+        let detail = if detail.is_retold() && !self.keeps_up { Detail::SPECTATOR } else { detail };
+        self.turn_to(wheel, detail, now + self.round_trip + ASK_AGAIN_AFTER);
+    }
+
+    fn turn_to(&mut self, wheel: u16, detail: Detail, patience: Duration) {
         let place = self.places.entry(wheel).or_default();
         if place.coming.as_ref().is_some_and(|coming| coming.detail() == detail) {
             return;
         }
         let given_up = place.coming.take();
         let is_shown = place.shown.as_ref().is_some_and(|shown| shown.detail() == detail);
-        let name = SightName { wheel, detail: detail.number() };
+        let name = SightName { wheel, detail: detail.into() };
         if !is_shown {
-            place.coming = Watched::new(name, detail, &self.pot, now + self.round_trip + ASK_AGAIN_AFTER);
+            place.coming = Watched::new(name, detail, &self.pot, patience);
             place.turn();
             self.request(&Request::Watch { sight: name, have: 0 });
         }
@@ -195,7 +213,7 @@ impl Watcher {
         if self.keeps_up == keeps_up {
             return;
         }
-        let detail = if keeps_up { Detail::Spectator } else { Detail::Retold };
+        let detail = if keeps_up { Detail::SPECTATOR } else { Detail::RETOLD };
         let is_meant = |place: &Place| {
             let newest = place.coming.as_ref().or(place.shown.as_ref());
             newest.is_some_and(|sight| sight.detail() == detail)
@@ -204,7 +222,18 @@ impl Watcher {
             self.places.iter().filter(|(_, place)| is_meant(place)).map(|(&wheel, _)| wheel).collect();
         self.keeps_up = keeps_up;
         for wheel in meant {
-            self.watch(wheel, Detail::Retold, now);
+            self.watch(wheel, Detail::RETOLD, now);
+        }
+    }
+
+    /// A sight that was asked for is not to be had: the one with a name that serves in its place always is.
+    fn do_without(&mut self, sight: SightName) {
+        let Some(place) = self.places.get_mut(&sight.wheel) else { return };
+        let Some(refused) = place.coming.take_if(|coming| coming.name() == sight) else { return };
+        self.before += refused.counts();
+        let preset = refused.detail().preset();
+        if preset != refused.detail() {
+            self.turn_to(sight.wheel, preset, refused.patience());
         }
     }
 
@@ -264,6 +293,12 @@ impl Watcher {
         self.counts().mended
     }
 
+    /// What the server said that cannot be true, and was refused.
+    #[must_use]
+    pub fn implausible(&self) -> Implausible {
+        self.counts().implausible
+    }
+
     /// Snapshots that it came to by pressing again what was pressed.
     #[must_use]
     pub fn retold(&self) -> u64 {
@@ -288,6 +323,7 @@ impl Watcher {
         match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(frame)? {
             Notice::Closing => self.is_closing = true,
             Notice::Refused(refusal) => return Err(refusal.into()),
+            Notice::NoSight(sight) => self.do_without(sight),
             Notice::Target(target) => self.target = target.as_ref().and_then(target_of),
             Notice::News(NewsWire { wheel, told, of }) => {
                 // what is no longer looked at may still be told of
@@ -311,8 +347,14 @@ impl Watcher {
     pub fn handle_datagram(&mut self, bytes: &[u8], now: Duration) -> bool {
         let Ok(sight) = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Sight>(bytes) else { return false };
         let name = sight.name;
-        let Some(watched) = self.find(name) else { return true };
-        let is_sound = watched.handle(sight);
+        let place = self.places.get_mut(&name.wheel);
+        // until the one that comes is as new, what is shown stands still, or it would always be newer by what the line is uneven by
+        let stands_still = place.is_some_and(|place| {
+            let is_shown = place.shown.as_ref().is_some_and(|shown| shown.name() == name);
+            is_shown && place.coming.as_ref().is_some_and(Watched::is_whole)
+        });
+        let Some(watched) = self.find(name).filter(|_| !stands_still) else { return true };
+        let is_sound = watched.handle(sight, now);
         self.catch_up(name, now);
         is_sound
     }
@@ -322,7 +364,7 @@ impl Watcher {
         let Ok(keyframe) = protocol::decode::<{ protocol::KEYFRAME_MAX }, Keyframe>(bytes) else { return false };
         let Some(name) = keyframe.sight else { return false };
         let Some(watched) = self.find(name) else { return true };
-        if !watched.handle_keyframe(&keyframe) {
+        if !watched.handle_keyframe(&keyframe, now) {
             return false;
         }
         self.catch_up(name, now);
@@ -337,7 +379,8 @@ impl Watcher {
         let Some(watched) = watched else { return };
         let request = watched.catch_up(setting.as_mut(), now, round_trip);
         let is_unlike = request.is_some() && watched.counts().unlike > 0;
-        let gone = coming.take_if(|coming| coming.is_whole()).and_then(|mut come| {
+        let shown_tick = shown.as_ref().map_or(Tick(0), Watched::tick);
+        let gone = coming.take_if(|coming| coming.is_whole() && coming.tick() >= shown_tick).and_then(|mut come| {
             come.note_all_changed();
             *past = None;
             shown.replace(come)

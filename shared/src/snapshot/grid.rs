@@ -28,7 +28,7 @@ pub const fn dequantise(step: u16) -> f32 {
 }
 
 /// How coarse the radii of a chain are: so many steps of [`QUANTUM_M`] are one of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Quantum(u16);
 
 impl Quantum {
@@ -37,12 +37,22 @@ impl Quantum {
     /// 11.4 µm: what a spectator cannot tell from the finest.
     pub const SPECTATOR: Self = Self(3);
     /// Coarsest: 0.98 mm.
-    const STEPS_MAX: u16 = 256;
+    pub(super) const STEPS_MAX: u16 = 256;
 
     /// A quantum of so many of the finest, between 1 and 256 of them.
     #[must_use]
-    pub fn of_steps(steps: u16) -> Self {
-        Self(steps.clamp(1, Self::STEPS_MAX))
+    pub const fn of_steps(steps: u16) -> Self {
+        match steps {
+            0 => Self::FINEST,
+            1..=Self::STEPS_MAX => Self(steps),
+            _ => Self(Self::STEPS_MAX),
+        }
+    }
+
+    /// How many of the finest it is.
+    #[must_use]
+    pub const fn steps(self) -> u16 {
+        self.0
     }
 
     /// Its length, m.
@@ -255,9 +265,4 @@ pub(super) fn round_tile(clay: &mut Surface, window: Window, steps: &mut Vec<u16
 /// Digest over all surfaces of a pot, in order.
 pub(super) fn digest(grids: &[QuantisedGrid]) -> u64 {
     grids.iter().fold(0_u64, |sum, grid| sum.rotate_left(1) ^ grid.digest())
-}
-
-/// Tiles of all surfaces.
-pub(super) fn tiles(grids: &[QuantisedGrid]) -> u32 {
-    grids.iter().map(|grid| grid.layout().tiles()).sum()
 }

@@ -82,6 +82,12 @@ impl Replica {
         self.is_learned
     }
 
+    /// Takes what is held for no snapshot of the author's any longer: nothing leads on from it, and only the whole pot replaces it, of whatever
+    /// version.
+    pub const fn distrust(&mut self) {
+        (self.version, self.is_learned) = (Version(0), false);
+    }
+
     /// Digest of the snapshot held.
     #[must_use]
     pub fn digest(&self) -> u64 {

@@ -5,118 +5,54 @@
 
 use alloc::vec::Vec;
 
+use super::detail::Detail;
 use super::grid::{self, QuantisedGrid, Quantum};
 use super::motion::Moment;
 use super::publisher::Publisher;
 use super::{Author, Delta, TILE_SIDE, Version};
 use crate::clay::{GridShape, Window};
 
-/// How much of a wheel somebody sees who does not work at it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Detail {
-    /// Who looks on at one wheel: every element, thirty times a second, to 11 µm.
-    Spectator,
-    /// One of many wheels in small pictures: elements four times as large each way, five times a second, to 61 µm.
-    Gallery,
-    /// Who looks on at one wheel and keeps up with pressing again what is pressed there: the author's clay itself, thirty times a
-    /// second, for about half of the spectator's bytes.
-    Retold,
-}
-
-impl Detail {
-    /// All of them, by their number.
-    pub const ALL: [Self; 3] = [Self::Spectator, Self::Gallery, Self::Retold];
-
-    /// Its number in messages.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
-    }
-
-    /// The one of that number, if there is one.
-    #[must_use]
-    pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(number)).copied()
-    }
-
-    /// How fine its radii are.
-    #[must_use]
-    pub fn quantum(self) -> Quantum {
-        match self {
-            Self::Spectator => Quantum::SPECTATOR,
-            Self::Gallery => Quantum::of_steps(16),
-            Self::Retold => Quantum::FINEST,
-        }
-    }
-
-    /// Elements of the author's that are one of its own, each way.
-    #[must_use]
-    pub const fn fold(self) -> u32 {
-        match self {
-            Self::Spectator | Self::Retold => 1,
-            Self::Gallery => 4,
-        }
-    }
-
-    /// It is published with every so many of the author's snapshots.
-    #[must_use]
-    pub const fn every(self) -> u64 {
-        match self {
-            Self::Spectator | Self::Retold => 2,
-            Self::Gallery => 12,
-        }
-    }
-
-    /// Whether it shows tools, and so tells of those that people bring.
-    #[must_use]
-    pub const fn shows_tools(self) -> bool {
-        !matches!(self, Self::Gallery)
-    }
-
-    /// Its grid, where the author's is `shape`.
-    #[must_use]
-    pub fn grid_of(self, shape: GridShape) -> GridShape {
-        folded(shape, self.fold())
-    }
-}
-
-/// A grid with elements `fold` times as large each way, as far as a grid may be as coarse as that.
-fn folded(shape: GridShape, fold: u32) -> GridShape {
-    GridShape::new((shape.columns() / fold).max(8), (shape.rows() / fold).max(4)).unwrap_or(shape)
-}
-
-/// Publishes an author's clay at a quantum and on a grid of its own.
+/// Publishes an author's clay at a detail: at a quantum and on a grid of its own.
 ///
 /// Whoever follows it needs a replica of the same quantum and grid, [`super::Replica::with_quantum`].
 #[derive(Clone, Debug)]
 pub struct Tier {
     publisher: Publisher,
-    quantum: Quantum,
-    /// Tiles that are left out, by number through all surfaces; none when it is empty.
-    is_left_out: Vec<bool>,
+    detail: Detail,
+    /// Whether somebody comes, for whom the next snapshot brings rows that the detail leaves out up to date as well.
+    has_newcomer: bool,
     /// The author's snapshot that it has.
     seen: Version,
     steps: Vec<u16>,
 }
 
 impl Tier {
-    /// Starts a chain at version 0, the untouched pot, of the tiles for which `is_wanted` says so; they are counted
-    /// through all surfaces. An element is `fold` of the author's each way.
+    /// Starts a chain at version 0, the untouched pot.
     #[must_use]
-    pub fn new(author: &Author, quantum: Quantum, fold: u32, is_wanted: impl FnMut(u32) -> bool) -> Self {
-        let grids: Vec<_> = author.publisher.grids().iter().map(|grid| grid.coarse_untouched(quantum, fold)).collect();
-        let mut is_wanted = is_wanted;
-        let is_left_out = (0..grid::tiles(&grids)).map(|tile| !is_wanted(tile)).collect();
-        Self { publisher: Publisher::new(grids), quantum, is_left_out, seen: Version(0), steps: Vec::new() }
+    pub fn new(author: &Author, detail: Detail) -> Self {
+        let grids = author.publisher.grids().iter().map(|grid| grid.coarse_untouched(detail)).collect();
+        let publisher = Publisher::new(grids);
+        Self { publisher, detail, has_newcomer: true, seen: Version(0), steps: Vec::new() }
     }
 
-    /// A chain of all tiles whose first snapshot follows `before`; version 0 stays the untouched pot. So no version of a
+    /// The same with a first snapshot that follows `before`; version 0 stays the untouched pot. So no version of a
     /// chain that ended before is one of this.
     #[must_use]
     pub fn after(before: Version, author: &Author, detail: Detail) -> Self {
-        let mut tier = Self::new(author, detail.quantum(), detail.fold(), |_| true);
+        let mut tier = Self::new(author, detail);
         tier.publisher.begin_after(before);
         tier
+    }
+
+    /// Somebody comes who has not seen the rows that are left out: the next snapshot brings them up to date.
+    pub const fn note_newcomer(&mut self) {
+        self.has_newcomer = true;
+    }
+
+    /// Whether one has come since the last snapshot.
+    #[must_use]
+    pub const fn has_newcomer(&self) -> bool {
+        self.has_newcomer
     }
 
     /// The newest snapshot of this chain, whose versions are its own.
@@ -133,22 +69,24 @@ impl Tier {
 
     /// Takes a snapshot of what the author's newest holds; `None` when nothing changed by a quantum.
     pub fn publish(&mut self, author: &Author, now: Moment) -> Option<Delta> {
-        let mut first_tile = 0;
+        let is_for_all_rows = core::mem::take(&mut self.has_newcomer);
+        let quantum = self.detail.quantum();
         for (surface, source) in author.publisher.grids().iter().enumerate() {
             let layout = self.publisher.grids()[surface].layout();
+            let blocks = Blocks { fine: source.layout().shape(), coarse: layout.shape() };
+            let is_newer = |of: u32| author.publisher.version_of(surface, of) > self.seen;
             for tile in 0..layout.tiles() {
                 let window = layout.window(tile);
-                let blocks = Blocks { fine: source.layout().shape(), coarse: layout.shape() };
-                let is_left_out = self.is_left_out[(first_tile + tile) as usize];
-                if is_left_out
-                    || !blocks.any_tile(window, source, |of| author.publisher.version_of(surface, of) > self.seen)
-                {
-                    continue;
+                // what was left out so far may be of any age
+                let is_due = match self.detail.band().holds(tile % layout.tile_rows()) {
+                    true => blocks.any_tile(window, source, is_newer),
+                    false => is_for_all_rows,
+                };
+                if is_due {
+                    blocks.means_into(window, source, quantum, &mut self.steps);
+                    self.publisher.stage(surface, tile, &self.steps);
                 }
-                blocks.means_into(window, source, self.quantum, &mut self.steps);
-                self.publisher.stage(surface, tile, &self.steps);
             }
-            first_tile += layout.tiles();
         }
         self.seen = author.latest();
         self.publisher.finish(now)
@@ -219,9 +157,9 @@ const fn part(at: u32, coarse: u32, fine: u32) -> core::ops::Range<u32> {
 }
 
 impl QuantisedGrid {
-    /// The same surface untouched, at another quantum and on a coarser grid.
-    fn coarse_untouched(&self, quantum: Quantum, fold: u32) -> Self {
-        let shape = folded(self.layout().shape(), fold);
-        Self::untouched(shape, self.quantum().radius_m(self.initial()), quantum)
+    /// The same surface untouched, at a detail.
+    fn coarse_untouched(&self, detail: Detail) -> Self {
+        let shape = detail.grid_of(self.layout().shape());
+        Self::untouched(shape, self.quantum().radius_m(self.initial()), detail.quantum())
     }
 }

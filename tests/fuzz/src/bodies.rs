@@ -233,7 +233,7 @@ pub fn client(bytes: &[u8]) {
     let welcome = answer(&Client::greeting(CODE, 1, true));
     let mut client = Client::open(&welcome, 0, round_trip).expect("a room's welcome is taken");
     let mut watcher = Watcher::open(&answer(&Watcher::greeting(CODE, 1000)), round_trip).expect("and so is this");
-    watcher.watch(1, Detail::Spectator, Duration::ZERO);
+    watcher.watch(1, Detail::SPECTATOR, Duration::ZERO);
     let mut now = Duration::ZERO;
     for (operation, own) in script(bytes) {
         now += Duration::from_millis(u64::from(operation / 8));

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use pottery_server::recording::RecordingError;
 use pottery_shared::clay::MethodKind;
+use pottery_shared::snapshot::{Detail, Quantum};
 
 use super::progress::Progress;
 use super::{ChartError, csv};
@@ -62,10 +63,16 @@ pub struct NetworkExtent {
     pub prediction_s: f64,
     /// Sessions that are recorded.
     pub takes: Vec<Take>,
-    /// Quanta of a subscription, in steps of the finest.
-    pub steps: Vec<u16>,
-    /// Rates of a subscription: with every so many of the room's snapshots.
-    pub every: Vec<u64>,
+    /// Those of them, the first ones, that are gone through with every subscription.
+    pub subscribed: usize,
+    /// What is subscribed to, of every element.
+    pub details: Vec<Detail>,
+}
+
+/// Every quantum, in steps of the finest, at every rate: with every so many of the room's snapshots.
+fn details(steps: &[u16], every: &[u8]) -> Vec<Detail> {
+    let all = every.iter().flat_map(|&every| steps.iter().map(move |&steps| (Quantum::of_steps(steps), every)));
+    all.map(|(quantum, every)| Detail::new(quantum, 1, every).expect("rates within bounds")).collect()
 }
 
 impl NetworkExtent {
@@ -82,8 +89,9 @@ impl NetworkExtent {
                 take(MethodKind::Original, 1),
                 take(MethodKind::Original, 4),
             ],
-            steps: vec![1, 3, 5, 9, 13, 25],
-            every: vec![1, 2, 4, 6],
+            // one hand and four, of our clay
+            subscribed: 2,
+            details: details(&[1, 3, 5, 9, 13, 25], &[1, 2, 4, 6]),
         }
     }
 
@@ -95,8 +103,8 @@ impl NetworkExtent {
             prediction: Case::all(&[50, 200], &[0, 5], &Overlap::ALL),
             prediction_s: 2.0,
             takes: vec![take(MethodKind::Plastic, 2), take(MethodKind::Original, 2)],
-            steps: vec![1, 3, 13],
-            every: vec![1, 4],
+            subscribed: 1,
+            details: details(&[1, 3, 13], &[1, 4]),
         }
     }
 }
@@ -123,7 +131,8 @@ pub fn measure(
     progress: &mut Progress<'_>,
 ) -> Result<NetworkFigures, NetworkError> {
     let sessions = extent.takes.len() + others.len();
-    progress.expect((extent.prediction.len() + extent.takes.len() + sessions + 1) as u32);
+    let subscribed = &extent.takes[..extent.subscribed];
+    progress.expect((extent.prediction.len() + extent.takes.len() + sessions + subscribed.len()) as u32);
     let mut prediction = Vec::new();
     for case in &extent.prediction {
         progress.begin(&format!("prediction, {}", case.title()));
@@ -144,9 +153,11 @@ pub fn measure(
         progress.begin(&format!("codecs, {name}"));
         codecs.extend(codecs::measure(name, &mut Clay::open(path)?)?);
     }
-    let (name, path) = &paths[0];
-    progress.begin(&format!("subscriptions, {name}"));
-    let subscription = subscription::measure(name, &mut Clay::open(path)?, &extent.steps, &extent.every)?;
+    let mut subscription = Vec::new();
+    for (name, path) in &paths[..subscribed.len()] {
+        progress.begin(&format!("subscriptions, {name}"));
+        subscription.extend(subscription::measure(name, &mut Clay::open(path)?, &extent.details)?);
+    }
     Ok(NetworkFigures { prediction, subscription, codecs })
 }
 

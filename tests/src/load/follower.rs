@@ -10,6 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use pottery_shared::protocol::{Body, Fragment, FragmentOf, Keyframe, Request, SightName};
+use pottery_shared::snapshot::Detail;
 
 /// Time without getting on after which what is missing is asked for, as a client does.
 const AGAIN_AFTER: Duration = Duration::from_millis(40);
@@ -21,7 +22,7 @@ const RESYNC_AFTER: Duration = Duration::from_millis(600);
 const STEPS_MAX: usize = 1024;
 
 /// What a follower follows: a wheel, and at which detail; potters have none.
-pub type Subject = (u16, Option<u8>);
+pub type Subject = (u16, Option<Detail>);
 
 /// The bytes of everybody's steps, as hashes, and what keyframes decode to.
 #[derive(Debug, Default)]
@@ -206,7 +207,7 @@ impl Follower {
         Some(match self.subject {
             (wheel, Some(detail)) => {
                 let have = if self.is_whole && is_again { have } else { 0 };
-                Request::Watch { sight: SightName { wheel, detail }, have }
+                Request::Watch { sight: SightName { wheel, detail: detail.into() }, have }
             }
             _ if is_again => Request::Again { have },
             _ => Request::Resync { have },
@@ -215,9 +216,9 @@ impl Follower {
 
     /// Asks for the whole pot once more.
     #[must_use]
-    pub const fn whole_pot(&self) -> Request {
+    pub fn whole_pot(&self) -> Request {
         match self.subject {
-            (wheel, Some(detail)) => Request::Watch { sight: SightName { wheel, detail }, have: 0 },
+            (wheel, Some(detail)) => Request::Watch { sight: SightName { wheel, detail: detail.into() }, have: 0 },
             _ => Request::Resync { have: 0 },
         }
     }

@@ -122,8 +122,8 @@ impl Fit {
 pub fn loads(base: &Plan, most: u32) -> Vec<Plan> {
     let watched = [
         (Sight::Full, vec![0, most / 4, most / 2, most]),
-        (Sight::Spectator, vec![most / 2, most]),
-        (Sight::Gallery, vec![most]),
+        (Sight::SPECTATOR, vec![most / 2, most]),
+        (Sight::GALLERY, vec![most]),
     ];
     let watched = watched.into_iter().flat_map(|(sight, counts)| {
         counts.into_iter().map(move |spectators| Plan { sight, spectators, potters: 1, wheels: 1, ..base.clone() })
@@ -136,7 +136,7 @@ pub fn loads(base: &Plan, most: u32) -> Vec<Plan> {
 fn counts_of(plan: &Plan) -> [f64; PARTS.len()] {
     let wheels = u32::from(plan.used()).min(plan.potters);
     let seen = |sight| f64::from(if plan.sight == sight { plan.spectators } else { 0 });
-    let [full, spectator, gallery] = [Sight::Full, Sight::Spectator, Sight::Gallery].map(seen);
+    let [full, spectator, gallery] = [Sight::Full, Sight::SPECTATOR, Sight::GALLERY].map(seen);
     [1.0, f64::from(wheels), f64::from(plan.potters - wheels), full, spectator, gallery]
 }
 

@@ -14,7 +14,6 @@ use pottery_shared::protocol::{
     self, CONTROL_MAX, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX, KEYFRAME_MAX, Keyframe, Notice, Pulse, Request,
 };
 use pottery_shared::session::{Client, ClientError, ClientEvent, Watcher};
-use pottery_shared::snapshot::Detail;
 use pottery_shared::units::Tick;
 use tokio::sync::watch;
 use tokio::time::Instant;
@@ -147,8 +146,7 @@ impl Person {
         let detail = match plan.sight {
             _ if presses => None,
             Sight::Full => None,
-            Sight::Spectator => Some(Detail::Spectator.number()),
-            Sight::Gallery => Some(Detail::Gallery.number()),
+            Sight::At(detail) => Some(detail),
         };
         let path = presses.then(|| {
             let stroke = &studio.strokes[number as usize % studio.strokes.len()];
@@ -528,15 +526,19 @@ fn frame_of(request: &Request) -> Vec<u8> {
 
 /// The digest of the clay that a keyframe of the whole pot makes, with the sessions that the studio's clients have.
 fn decoded(answer: &[u8], (wheel, detail): Subject, keyframe: &[u8]) -> Option<u64> {
+    let keyframe = protocol::decode::<KEYFRAME_MAX, Keyframe>(keyframe).ok()?;
+    // as long after the answer as it says, and of samples that this client made: others it does not believe
+    let now = Duration::from_millis(keyframe.tick);
+    let keyframe = &protocol::encode(&Keyframe { acknowledged: 0, ..keyframe });
     match detail {
         None => {
             let mut client = Client::open(answer, 0, Duration::ZERO).ok()?;
-            client.handle_keyframe(keyframe, Duration::ZERO).then(|| client.replica().digest())
+            client.handle_keyframe(keyframe, now).then(|| client.replica().digest())
         }
         Some(detail) => {
             let mut watcher = Watcher::open(answer, Duration::ZERO).ok()?;
-            watcher.watch(wheel, Detail::from_number(detail)?, Duration::ZERO);
-            watcher.handle_keyframe(keyframe, Duration::ZERO);
+            watcher.watch(wheel, detail, Duration::ZERO);
+            watcher.handle_keyframe(keyframe, now);
             watcher.sight(wheel).map(pottery_shared::session::Watched::digest)
         }
     }

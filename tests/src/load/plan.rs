@@ -3,21 +3,124 @@
 //! Owns names, bounds and the files of `tests/data/load/`; starts nothing.
 //! Invariant: a plan that was checked keeps within the caps, whatever file or flags it came from.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
+use pottery_shared::protocol::DetailWire;
+use pottery_shared::snapshot::{Detail, DetailError};
 use serde::{Deserialize, Serialize};
 
 /// What spectators take in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
+///
+/// ```
+/// use pottery_tests::load::plan::Sight;
+///
+/// assert_eq!("gallery".parse(), Ok(Sight::GALLERY));
+/// let part: Sight = "quantum=8,fold=2,every=6,rows=4-9,tools".parse()?;
+/// assert_eq!(part.to_string(), "quantum=8,fold=2,every=6,rows=4-9,tools");
+/// # Ok::<(), pottery_tests::load::plan::SightError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Sight {
     /// Everything a potter gets, sixty times a second: they sit at the wheel with their hands in their lap.
     Full,
+    /// One wheel, so closely.
+    At(Detail),
+}
+
+impl Sight {
     /// One wheel, thirty times a second.
-    #[default]
-    Spectator,
+    pub const SPECTATOR: Self = Self::At(Detail::SPECTATOR);
     /// One wheel in a small picture, five times a second.
-    Gallery,
+    pub const GALLERY: Self = Self::At(Detail::GALLERY);
+}
+
+impl Default for Sight {
+    fn default() -> Self {
+        Self::SPECTATOR
+    }
+}
+
+/// Why there is no such sight.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SightError {
+    /// No name and no list of figures.
+    #[error(
+        "{text:?} is no sight: say full, spectator or gallery, or quantum=8,fold=2,every=6 with figures of your own; \
+         rows=4-9 shows those rows of tiles alone, and tools shows everybody's tools as well"
+    )]
+    Unknown {
+        /// What was given.
+        text: String,
+    },
+    /// A figure out of range.
+    #[error(transparent)]
+    Detail(#[from] DetailError),
+}
+
+impl FromStr for Sight {
+    type Err = SightError;
+
+    fn from_str(text: &str) -> Result<Self, SightError> {
+        match text {
+            "full" => return Ok(Self::Full),
+            "spectator" => return Ok(Self::SPECTATOR),
+            "gallery" => return Ok(Self::GALLERY),
+            _ => {}
+        }
+        let unknown = || SightError::Unknown { text: text.to_owned() };
+        let (mut quantum, mut fold, mut every, mut first, mut end, mut tools) =
+            (1_u16, 1_u8, 1_u8, 0_u8, u8::MAX, false);
+        for word in text.split(',') {
+            let (key, value) = word.split_once('=').unwrap_or((word, ""));
+            match key {
+                "quantum" => quantum = value.parse().map_err(|_| unknown())?,
+                "fold" => fold = value.parse().map_err(|_| unknown())?,
+                "every" => every = value.parse().map_err(|_| unknown())?,
+                "rows" => {
+                    let (from, to) = value.split_once('-').ok_or_else(unknown)?;
+                    (first, end) = (from.parse().map_err(|_| unknown())?, to.parse().map_err(|_| unknown())?);
+                }
+                "tools" if value.is_empty() => tools = true,
+                _ => return Err(unknown()),
+            }
+        }
+        Ok(Self::At(DetailWire::Own { quantum, fold, every, first, end, tools }.try_into()?))
+    }
+}
+
+impl fmt::Display for Sight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::At(detail) = *self else { return f.write_str("full") };
+        match DetailWire::from(detail) {
+            DetailWire::Spectator => f.write_str("spectator"),
+            DetailWire::Gallery => f.write_str("gallery"),
+            DetailWire::Retold => f.write_str("retold"),
+            DetailWire::Own { quantum, fold, every, first, end, tools } => {
+                write!(f, "quantum={quantum},fold={fold},every={every}")?;
+                if (first, end) != (0, u8::MAX) {
+                    write!(f, ",rows={first}-{end}")?;
+                }
+                f.write_str(if tools { ",tools" } else { "" })
+            }
+        }
+    }
+}
+
+impl TryFrom<String> for Sight {
+    type Error = SightError;
+
+    fn try_from(text: String) -> Result<Self, SightError> {
+        text.parse()
+    }
+}
+
+impl From<Sight> for String {
+    fn from(sight: Sight) -> Self {
+        sight.to_string()
+    }
 }
 
 /// One run.

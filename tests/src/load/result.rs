@@ -104,7 +104,7 @@ impl HostFacts {
 pub struct ServerFigures {
     /// Length of a wake-up's work, ms.
     pub wake_ms: Quantiles,
-    /// Times the tick fell behind by more than a snapshot's period.
+    /// Times the room woke up later than it was to by more than a snapshot's period.
     pub late_ticks: u64,
     /// Datagrams handed to connections.
     pub datagrams: u64,

@@ -1,25 +1,16 @@
 //! A run that goes on: whether memory grows and ticks come late, in real time or in time that costs nothing.
 //!
-//! Owns the line through memory over time, and a room in virtual time; a run in real time is `run`'s.
+//! Owns the line through memory over time; a run in real time is `run`'s, a room in virtual time `virtual_room`'s.
 //! Invariant: in virtual time nothing waits and everything repeats from its seed.
 
-use std::path::Path;
-use std::sync::Arc;
-use std::time::Duration;
-
-use pottery_client::stroke::{Stroke, StrokeError};
-use pottery_shared::clay::{Material, MethodKind, PotSpec};
-use pottery_shared::protocol::{self, CONTROL_MAX, DATAGRAM_MEMORY_MAX, FrameReader, KEYFRAME_MAX, Notice, Pulse};
-use pottery_shared::room::{Lane, PeerId, Room, RoomConfig, Transmit};
-use pottery_shared::session::Client;
-use pottery_shared::units::{Rpm, Tick};
+use pottery_client::stroke::StrokeError;
+use pottery_shared::room::Alone;
 use serde::Serialize;
 
-use super::follower::{Follower, Ledger};
-use super::hand::{Hand, Path as HandPath};
 use super::host;
 use super::plan::Plan;
 use super::result::RunResult;
+use super::virtual_room::VirtualRoom;
 
 /// A straight line through memory over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -83,13 +74,6 @@ pub struct Virtual {
     pub refused: u64,
 }
 
-/// Somebody at a wheel in virtual time.
-struct Seat {
-    hand: Hand,
-    path: HandPath,
-    follower: Follower,
-}
-
 /// Goes through so many seconds of a plan's potters in virtual time, at wheels of one room, on a line that loses nothing.
 ///
 /// # Errors
@@ -98,117 +82,25 @@ struct Seat {
 /// # Panics
 /// When a room does not let in whom it should.
 pub fn in_virtual_time(plan: &Plan, seconds: u64) -> Result<Virtual, StrokeError> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
-    let stroke = Arc::new(Stroke::read(file)?);
-    let mut room = Room::new(RoomConfig {
-        code: "SOAK".into(),
-        wheels: plan.wheels,
-        people_max: 512,
-        pot: PotSpec::default(),
-        method: MethodKind::default(),
-        wheel_speed: Rpm(60.0),
-        clay: Material::default(),
-    })
-    .expect("the paper's pot can be made");
-    let mut unheard = Vec::new();
-    let mut seats: Vec<_> =
-        (0..plan.potters).map(|number| seat(&mut room, plan, number, &stroke, &mut unheard)).collect();
-    let ledger = Ledger::default();
-    for Transmit { to, lane } in unheard {
-        seats[to.0 as usize].hear(lane, Duration::ZERO, &ledger);
-    }
+    let mut room = VirtualRoom::open(plan)?;
     let begun = std::time::Instant::now();
     let mut memory = Vec::new();
     for millisecond in 1..=seconds * 1000 {
-        let now = Duration::from_millis(millisecond);
-        for (number, seat) in (0..).zip(&mut seats) {
-            seat.work(&mut room, PeerId(number), millisecond, now, plan.burst_s);
-        }
-        room.advance(Tick(millisecond));
-        while let Some(transmit) = room.poll_transmit() {
-            seats[transmit.to.0 as usize].hear(transmit.lane, now, &ledger);
-        }
+        room.pass(millisecond, &Alone, |_| {});
         // the first fifth works the clay for the first time
         let is_late_enough = millisecond > seconds * 200;
         if is_late_enough && millisecond.is_multiple_of((seconds * 10).max(1)) {
-            memory.extend(host::usage(std::process::id()).map(|usage| (now.as_secs_f64(), usage.memory_mb)));
+            memory.extend(host::usage(std::process::id()).map(|usage| (millisecond as f64 * 1e-3, usage.memory_mb)));
         }
     }
     Ok(Virtual {
         passed_s: seconds as f64,
         took_s: begun.elapsed().as_secs_f64(),
         memory: Slope::through(&memory),
-        snapshots: seats.iter().map(|seat| u64::from(seat.follower.held())).sum(),
-        is_current: seats.iter().all(|seat| seat.follower.is_current()),
-        refused: room.counts().refusals.total(),
+        snapshots: room.snapshots(),
+        is_current: room.is_current(),
+        refused: room.refused(),
     })
-}
-
-/// Somebody who is let in; what the room says beside that goes to `unheard`.
-fn seat(room: &mut Room, plan: &Plan, number: u32, stroke: &Arc<Stroke>, unheard: &mut Vec<Transmit>) -> Seat {
-    let wheel = (number % u32::from(plan.used())) as u16 + 1;
-    let peer = PeerId(u64::from(number));
-    room.handle_control(peer, &bare(&Client::greeting("SOAK", wheel, true)));
-    let welcome = loop {
-        let transmit = room.poll_transmit().expect("a room lets in whom it expects");
-        if transmit.to == peer
-            && let Lane::Control(frame) = &transmit.lane
-            && let Ok(Notice::Welcome(welcome)) = protocol::decode::<CONTROL_MAX, Notice>(&bare(frame))
-        {
-            break welcome;
-        }
-        unheard.push(transmit);
-    };
-    Seat {
-        hand: Hand::new(0, Tick(welcome.now), Duration::ZERO),
-        path: HandPath::new(Arc::clone(stroke), plan.seed + u64::from(number)),
-        follower: Follower::new((wheel, None), Duration::ZERO, Duration::ZERO),
-    }
-}
-
-impl Seat {
-    fn work(&mut self, room: &mut Room, peer: PeerId, millisecond: u64, now: Duration, burst_s: Option<f64>) {
-        let works = burst_s.is_none_or(|burst_s| ((now.as_secs_f64() / burst_s) as u64).is_multiple_of(2));
-        if works && let Some(sample) = self.path.sample(millisecond, self.hand.tick(millisecond)) {
-            self.hand.take(sample);
-        }
-        if millisecond.is_multiple_of(10) {
-            while let Some(bytes) = self.hand.poll_datagram(now) {
-                room.handle_datagram(peer, &bytes);
-            }
-            if let Some(request) = self.follower.poll_request(now) {
-                room.handle_control(peer, &protocol::encode(&request));
-            }
-        }
-    }
-
-    fn hear(&mut self, lane: Lane, now: Duration, ledger: &Ledger) {
-        let whole = match lane {
-            Lane::Datagram(bytes) => {
-                let pulse: Pulse =
-                    protocol::decode::<DATAGRAM_MEMORY_MAX, _>(&bytes).expect("a room sends what can be read");
-                if let Some(slack) = pulse.head.slack {
-                    self.hand.handle_slack(slack, pulse.head.acknowledged, now);
-                }
-                self.follower.handle(pulse.body, pulse.head.acknowledged, ledger)
-            }
-            Lane::Keyframe(bytes) => {
-                let keyframe = protocol::decode::<KEYFRAME_MAX, _>(&bytes).expect("a room sends what can be read");
-                self.follower.handle_keyframe(&keyframe, ledger)
-            }
-            Lane::Control(_) | Lane::Close => None,
-        };
-        if let Some(whole) = whole {
-            self.hand.confirm(whole.acknowledged, now, |_| {});
-        }
-    }
-}
-
-/// What a frame holds.
-fn bare(framed: &[u8]) -> Vec<u8> {
-    let mut reader = FrameReader::default();
-    reader.push(framed);
-    reader.next_frame().ok().flatten().expect("a whole frame was made")
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod held;
 mod input;
 mod shown;
 mod timing;
+mod visiting;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -215,6 +216,7 @@ impl App {
             pace: held.pace(&keeper.words(), potter.granted()),
             notice: None,
             shows_help: false,
+            looks_on: None,
             fitting: None,
             fitting_answer: None,
             can_be_fitted: held.monitor.is_some(),

@@ -1,7 +1,8 @@
 //! The window of somebody who looks on: all wheels at a glance, or one of them closely, and nothing that presses.
 //!
-//! Owns the view and which wheel is looked at; the clay is the onlooker's.
-//! Invariant: nothing is drawn while nothing changes, and the wheel that is clicked on is the one that is shown.
+//! Owns the view, which wheel is looked at and how closely; the clay is the onlooker's.
+//! Invariant: nothing is drawn while nothing changes, the wheel that is clicked on is the one that is shown, and what was seen of a wheel is
+//! seen until there is more.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,11 +24,12 @@ use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
 use super::app::colour;
+use super::closeness::{self, Asked};
 use super::frame;
 use super::ghost;
 use super::overlay::{self, Call, Overlay};
 use super::panel::dress;
-use super::stage::{Pace, Picture, Stage};
+use super::stage::{Pace, Picture, Seen, Stage};
 use super::standing::Standing;
 use super::tiles::Tiles;
 use crate::preferences::{Keeper, Preferences};
@@ -37,12 +39,22 @@ use crate::words::Words;
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// Size of the picture of one wheel's profile, points.
 const PICTURE: egui::Vec2 = egui::vec2(220.0, 110.0);
-/// Wheels on one page: one less than a server shows to one person, since two sights of a wheel may be on their way.
+/// Wheels on one page, and of how many of them another detail may be on its way: fewer than a server shows to one person, together and with
+/// one that is looked at closely.
 const PAGE: u16 = 60;
+const CHANGING_MAX: usize = 3;
+/// Time between two such requests: a server takes twenty a second.
+const CHANGE_EVERY: Duration = Duration::from_millis(66);
+/// What stands over the window.
+const TITLE: &str = "Pottery studio: looking on";
+/// Size of the window before there is one, pixels.
+const WINDOW: (u32, u32) = (1280, 800);
 
 /// One wheel of the page as it was last looked at.
 struct Place {
     wheel: u16,
+    /// What was asked for, for its small picture.
+    asked: Detail,
     /// Tiles that were not yet sent, and the grid that they are of.
     changed: Touched,
     shape: Option<GridShape>,
@@ -52,6 +64,15 @@ struct Place {
     tools: Vec<RemoteTool>,
     /// How far it is from what it is to become.
     standing: Standing,
+}
+
+/// The way to a place at the wheel that is looked at.
+#[derive(Default)]
+struct Seat {
+    is_offered: bool,
+    is_wanted: bool,
+    is_coming: bool,
+    refusal: Option<String>,
 }
 
 /// The window's state.
@@ -66,6 +87,14 @@ pub(super) struct Looker {
     overlay: Option<Overlay>,
     camera: Camera,
     rack: Arc<[ConvexTool]>,
+    /// What the studio's pots are made of.
+    spec: PotSpec,
+    /// What the page's pictures and the close look need, and when the last picture's was asked for.
+    pictures: Asked,
+    closely: Asked,
+    asked_at: Instant,
+    /// What the close look was to be, by the command line.
+    close_detail: Detail,
     /// Number of wheels, and the first of the page.
     wheels: u16,
     first: u16,
@@ -78,6 +107,8 @@ pub(super) struct Looker {
     is_close_shown: bool,
     /// The person wants to see this wheel closely, or all of them again.
     wish: Option<Option<u16>>,
+    /// Whether one may work at a wheel from here, wants to, is on the way there, and why it led nowhere.
+    seat: Seat,
     /// By how much the server's ticks are ahead of the own milliseconds, as the quickest word had it, of this connection.
     started: Instant,
     ahead: Option<i64>,
@@ -92,15 +123,16 @@ pub(super) struct Looker {
 }
 
 impl Looker {
-    /// Looks at all wheels, or at `alone` only.
+    /// Looks at all wheels, or at `alone` only and so closely.
     pub(super) fn new(
         onlooker: Onlooker,
-        alone: Option<u16>,
+        alone: Option<(u16, Detail)>,
         keeper: &Keeper,
         graphics: Option<GpuAhead>,
         proxy: EventLoopProxy<Call>,
     ) -> Self {
-        let wheels = onlooker.look(|watcher, _| watcher.wheels());
+        let (wheels, spec) = onlooker.look(|watcher, _| (watcher.wheels(), *watcher.pot_spec()));
+        let (alone, close_detail) = alone.map_or((None, Detail::RETOLD), |(wheel, detail)| (Some(wheel), detail));
         let now = Instant::now();
         let mut looker = Self {
             onlooker,
@@ -112,6 +144,11 @@ impl Looker {
             overlay: None,
             camera: Camera::default(),
             rack: rack::standard(),
+            spec,
+            pictures: Asked::new(Detail::GALLERY),
+            closely: Asked::new(close_detail),
+            asked_at: now,
+            close_detail,
             wheels,
             first: 1,
             places: Vec::new(),
@@ -120,6 +157,7 @@ impl Looker {
             is_alone: alone.is_some(),
             is_close_shown: false,
             wish: None,
+            seat: Seat::default(),
             started: now,
             ahead: None,
             link: Link::Open,
@@ -132,8 +170,8 @@ impl Looker {
         };
         match alone {
             Some(wheel) => {
-                looker.places = vec![Place::new(wheel)];
-                looker.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Retold, now));
+                looker.places = vec![Place::new(wheel, Detail::GALLERY)];
+                looker.onlooker.look(|watcher, now| watcher.watch(wheel, close_detail, now));
             }
             None => looker.turn_page(0),
         }
@@ -145,21 +183,65 @@ impl Looker {
         (self.onlooker, self.failure)
     }
 
+    /// The same, for who may work at the wheels as well.
+    pub(super) fn with_seats(mut self) -> Self {
+        self.seat.is_offered = true;
+        self
+    }
+
+    /// The wheel at which the person wants to work, said once.
+    pub(super) fn take_seat_wish(&mut self) -> Option<u16> {
+        let wheel = self.close.filter(|_| std::mem::take(&mut self.seat.is_wanted))?;
+        (self.seat.is_coming, self.seat.refusal) = (true, None);
+        self.is_dirty = true;
+        Some(wheel)
+    }
+
+    /// Looks on after all, and says why.
+    pub(super) fn say(&mut self, reason: String) {
+        (self.seat.is_coming, self.seat.refusal) = (false, Some(reason));
+        self.is_dirty = true;
+    }
+
+    /// Takes over a window that showed a wheel of which there is a sight already.
+    pub(super) fn go_on(&mut self, wheel: u16, seen: Option<Seen>) {
+        let Some(Seen { mut stage, overlay, camera }) = seen else { return };
+        stage.window.set_title(TITLE);
+        self.go(Some(wheel));
+        let camera_before = camera;
+        self.onlooker.look(|watcher, _| {
+            if let Some(sight) = watcher.sight(wheel) {
+                stage.show_pot(sight.pot());
+            }
+        });
+        (self.stage, self.overlay, self.camera) = (Some(stage), Some(overlay), camera_before);
+        self.is_close_shown = true;
+    }
+
+    /// The onlooker, to leave with, and the window.
+    pub(super) fn give_up(self) -> (Onlooker, Option<Seen>) {
+        let seen = self.stage.zip(self.overlay);
+        (self.onlooker, seen.map(|(stage, overlay)| Seen { stage, overlay, camera: self.camera }))
+    }
+
     /// Shows other wheels, so many pages on.
     fn turn_page(&mut self, by: i32) {
         let last = (self.wheels.saturating_sub(1)) / PAGE;
         let page = (i32::from((self.first - 1) / PAGE) + by).clamp(0, i32::from(last)) as u16;
         self.first = 1 + page * PAGE;
         let shown = self.first..=self.wheels.min(self.first + PAGE - 1);
+        self.camera = page_camera();
+        let pictures = self.picture_detail(shown.clone().count());
+        self.pictures = Asked::new(pictures);
         self.onlooker.look(|watcher, now| {
             for place in self.places.iter().filter(|place| !shown.contains(&place.wheel)) {
                 watcher.unwatch(place.wheel);
             }
             for wheel in shown.clone() {
-                watcher.watch(wheel, Detail::Gallery, now);
+                watcher.watch(wheel, pictures, now);
             }
         });
-        self.places = shown.map(Place::new).collect();
+        self.places = shown.map(|wheel| Place::new(wheel, pictures)).collect();
         self.show_all();
     }
 
@@ -169,22 +251,98 @@ impl Looker {
         for place in &mut self.places {
             place.is_sent = false;
         }
-        if let Some(stage) = &mut self.stage {
-            stage.show_gallery(&coarse_pot(), 0);
-        }
-        self.camera = Camera { distance_m: 1.25 * Camera::default().distance_m, ..Camera::default() };
+        self.show_pictures();
+        self.camera = page_camera();
         self.is_dirty = true;
+    }
+
+    /// Draws small pictures of what is there of each wheel.
+    fn show_pictures(&mut self) {
+        let pot = self.untouched(self.pictures.detail());
+        for place in &mut self.places {
+            place.is_sent = false;
+        }
+        if let Some(stage) = &mut self.stage {
+            stage.show_gallery(&pot, self.places.len());
+        }
+    }
+
+    /// What the small pictures of so many wheels can show; where the processor draws, as on half as many pixels.
+    fn picture_detail(&self, wheels: usize) -> Detail {
+        let size = self.stage.as_ref().map_or(WINDOW, |stage| stage.window.inner_size().into());
+        let (width, height) = (size.0.max(1) as f32, size.1.max(1) as f32);
+        let (_, half) = Tiles::of(wheels, width / height).place(0);
+        let coarseness = if self.stage.as_ref().is_some_and(|stage| !stage.gpu().is_software()) { 1.0 } else { 2.0 };
+        closeness::of_picture(&self.camera, &self.spec, half.y * height, half.x / half.y * width / height, coarseness)
+    }
+
+    /// Asks for other details where the pictures' size or the close view has come to show more or less.
+    fn ask_for_detail(&mut self) {
+        let now = Instant::now();
+        match self.close {
+            Some(wheel) if self.is_close_shown => {
+                let wanted = self.onlooker.look(|watcher, _| match watcher.keeps_up() {
+                    true if self.close_detail.is_retold() => Detail::RETOLD,
+                    _ => self.part_in_view(watcher.sight(wheel)),
+                });
+                if self.closely.wants(wanted, now) {
+                    self.onlooker.look(|watcher, now| watcher.watch(wheel, wanted, now));
+                }
+            }
+            Some(_) => {}
+            None => {
+                if self.pictures.wants(self.picture_detail(self.places.len()), now) {
+                    self.show_pictures();
+                    self.is_dirty = true;
+                }
+                let wanted = self.pictures.detail();
+                let place = self.places.iter_mut().find(|place| place.asked != wanted);
+                let Some(place) = place.filter(|_| self.asked_at.elapsed() >= CHANGE_EVERY) else { return };
+                let is_asked = self.onlooker.look(|watcher, now| {
+                    let has_room = watcher.changing() < CHANGING_MAX;
+                    if has_room {
+                        watcher.watch(place.wheel, wanted, now);
+                    }
+                    has_room
+                });
+                if is_asked {
+                    (place.asked, self.asked_at) = (wanted, now);
+                }
+            }
+        }
+    }
+
+    /// What a close look takes that is told by deltas: the rows that are in view.
+    fn part_in_view(&self, sight: Option<&Watched>) -> Detail {
+        let detail = if self.close_detail.is_retold() { Detail::SPECTATOR } else { self.close_detail };
+        let (Some(sight), Some(stage)) = (sight, &self.stage) else { return detail };
+        let size = stage.window.inner_size();
+        let aspect = size.width.max(1) as f32 / size.height.max(1) as f32;
+        let grid = detail.grid_of(self.spec.shape);
+        detail.in_band(closeness::band_in(&self.camera, &sight.pot().surfaces()[0], aspect, grid))
+    }
+
+    /// The studio's pot before anybody touched it, as a detail has it.
+    fn untouched(&self, detail: Detail) -> Pot {
+        let spec = PotSpec { shape: detail.grid_of(self.spec.shape), ..self.spec };
+        Pot::new(spec).expect("a studio's pot can be made on a coarser grid")
     }
 
     fn go(&mut self, wish: Option<u16>) {
         match wish {
             Some(wheel) => {
-                self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Retold, now));
+                let detail = self.close_detail;
+                self.closely = Asked::new(detail);
+                self.onlooker.look(|watcher, now| watcher.watch(wheel, detail, now));
                 (self.close, self.is_close_shown) = (Some(wheel), false);
             }
             None => {
                 if let Some(wheel) = self.close.take() {
-                    self.onlooker.look(|watcher, now| watcher.watch(wheel, Detail::Gallery, now));
+                    let pictures = self.pictures.detail();
+                    self.onlooker.look(|watcher, now| watcher.watch(wheel, pictures, now));
+                    for place in self.places.iter_mut().filter(|place| place.wheel == wheel) {
+                        place.asked = pictures;
+                    }
                 }
                 self.show_all();
             }
@@ -193,12 +351,11 @@ impl Looker {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
-        let graphics = self.graphics.take();
-        let (mut stage, overlay) =
-            overlay::open(event_loop, self.proxy.clone(), "Pottery studio: looking on", |window| {
-                Stage::new(window, event_loop.owned_display_handle(), graphics, &coarse_pot())
-            })?;
-        stage.show_gallery(&coarse_pot(), 0);
+        let (graphics, pot) = (self.graphics.take(), self.untouched(self.pictures.detail()));
+        let (mut stage, overlay) = overlay::open(event_loop, self.proxy.clone(), TITLE, |window| {
+            Stage::new(window, event_loop.owned_display_handle(), graphics, &pot)
+        })?;
+        stage.show_gallery(&pot, self.places.len());
         self.overlay = Some(overlay);
         self.stage = Some(stage);
         Ok(())
@@ -215,7 +372,6 @@ impl Looker {
         let (places, close) = (&mut self.places, self.close);
         let (is_close_shown, rack) = (&mut self.is_close_shown, &mut self.rack);
         let (ahead, is_anew, target) = (&mut self.ahead, &mut self.is_anew, &mut self.target);
-        let wheels = places.len();
         let mut is_news = false;
         let camera = &mut self.camera;
         self.onlooker.look(|watcher, _| {
@@ -252,8 +408,8 @@ impl Looker {
                     }
                     stage.upload(sight.pot(), &place.changed);
                     place.changed.clear();
-                } else if !is_closely {
-                    is_news |= send(stage, place, number, wheels, sight.pot());
+                } else {
+                    is_news |= send(stage, place, number, sight.pot());
                 }
             }
         });
@@ -262,9 +418,10 @@ impl Looker {
 
     /// Another device in the place of one that was lost; everything is shown to it anew.
     fn renew_stage(&mut self) -> anyhow::Result<()> {
+        let pot = self.untouched(self.pictures.detail());
         let (Some(stage), Some(overlay)) = (&mut self.stage, &self.overlay) else { return Ok(()) };
         if stage.is_lost() {
-            stage.renew(&coarse_pot(), overlay.letters())?;
+            stage.renew(&pot, overlay.letters())?;
             self.is_close_shown = false;
             if self.close.is_none() {
                 self.show_all();
@@ -287,7 +444,7 @@ impl Looker {
         let (target, camera) = (self.target.as_ref(), &self.camera);
         let (close, is_alone) = (self.close.filter(|_| self.is_close_shown), self.is_alone);
         let is_waiting = places.iter().all(|place| !place.is_sent) && close.is_none();
-        let (mut wish, liking) = (None, &self.liking);
+        let (mut wish, liking, seat) = (None, &self.liking, &mut self.seat);
         overlay.enlarge(&stage.window, f32::from(liking.text_percent) / 100.0);
         let shapes = overlay.lay_out(&stage.window, |ui| {
             let context = ui.ctx();
@@ -298,7 +455,7 @@ impl Looker {
                         ghost::show_target(context, camera, target);
                     }
                     let place = places.iter().find(|place| place.wheel == wheel);
-                    wish = wish.or(place.and_then(|place| show_close(context, words, place, target, is_alone)));
+                    wish = wish.or(place.and_then(|place| show_close(context, words, place, target, is_alone, seat)));
                 }
                 None => {
                     let said = |number: usize| places[number].standing.said(words, places[number].wheel);
@@ -309,7 +466,8 @@ impl Looker {
                 }
             }
             let said = match link {
-                Link::Open => is_waiting.then(|| words.say("waiting-for-wheels")),
+                Link::Open if seat.is_coming => Some(words.say("taking-place")),
+                Link::Open => seat.refusal.clone().or_else(|| is_waiting.then(|| words.say("waiting-for-wheels"))),
                 Link::ComingBack(_) => Some(words.say("looking-again")),
                 Link::Closed => Some(words.say("closed")),
                 Link::Lost(reason) => Some(reason.clone()),
@@ -366,10 +524,10 @@ impl Looker {
 }
 
 impl Place {
-    fn new(wheel: u16) -> Self {
+    fn new(wheel: u16, asked: Detail) -> Self {
         let changed = Touched::none(std::iter::empty());
         let (phase, standing) = (Phase::default(), Standing::default());
-        Self { wheel, changed, shape: None, is_sent: false, phase, tools: Vec::new(), standing }
+        Self { wheel, asked, changed, shape: None, is_sent: false, phase, tools: Vec::new(), standing }
     }
 
     /// Takes in a sight as it is now; whether its picture changes.
@@ -395,27 +553,23 @@ impl Place {
     }
 }
 
-/// Sends what changed of a wheel's pot to the painter of all of them, which is made with the first; whether anything was sent.
-fn send(stage: &mut Stage, place: &mut Place, number: usize, wheels: usize, pot: &Pot) -> bool {
-    if stage.gallery().is_some_and(|gallery| gallery.wheels() == 0 || !gallery.fits(pot.spec())) {
-        stage.show_gallery(pot, wheels);
-    }
+/// Where the wheels of a page are seen from.
+fn page_camera() -> Camera {
+    Camera { distance_m: 1.25 * Camera::default().distance_m, ..Camera::default() }
+}
+
+/// Sends what changed of a wheel's pot to the painter of all of them; whether anything was sent.
+fn send(stage: &mut Stage, place: &mut Place, number: usize, pot: &Pot) -> bool {
     let Some(gallery) = stage.gallery() else { return false };
     let is_sent = std::mem::replace(&mut place.is_sent, true);
     let is_news = !is_sent || !place.changed.is_empty();
-    match is_sent {
-        true => gallery.upload_changed(number, pot, &place.changed),
-        false => gallery.upload(number, pot),
+    match is_news {
+        true if is_sent && gallery.fits(pot.spec()) => gallery.upload_changed(number, pot, &place.changed),
+        true => gallery.upload(number, pot),
+        false => {}
     }
     place.changed.clear();
     is_news
-}
-
-/// The pot of a gallery before any has come.
-fn coarse_pot() -> Pot {
-    let spec = PotSpec::default();
-    let spec = PotSpec { shape: Detail::Gallery.grid_of(spec.shape), ..spec };
-    Pot::new(spec).expect("the usual pot can be made on a coarser grid")
 }
 
 fn tool_view(tool: &RemoteTool) -> ToolView {
@@ -437,6 +591,7 @@ fn show_close(
     place: &Place,
     target: Option<&Target>,
     is_alone: bool,
+    seat: &mut Seat,
 ) -> Option<Option<u16>> {
     let mut wish = None;
     let window = egui::Window::new("wheel").title_bar(false).resizable(false).anchor(Align2::LEFT_TOP, [12.0, 12.0]);
@@ -445,6 +600,9 @@ fn show_close(
         if target.is_some() {
             let (response, painter) = ui.allocate_painter(PICTURE, egui::Sense::hover());
             place.standing.paint_in(&painter, response.rect, target);
+        }
+        if seat.is_offered && !seat.is_coming && ui.button(words.say("work-here")).clicked() {
+            seat.is_wanted = true;
         }
         if !is_alone && ui.button(words.say("all-wheels")).clicked() {
             wish = Some(None);
@@ -509,6 +667,7 @@ impl ApplicationHandler<Call> for Looker {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        self.ask_for_detail();
         self.look();
         let Some(stage) = &self.stage else { return };
         let frame = frame(stage.gpu());

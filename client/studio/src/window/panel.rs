@@ -79,6 +79,8 @@ pub(super) struct PanelState {
     pub(super) is_heard: bool,
     pub(super) no_sound: Option<String>,
     pub(super) people: Vec<Person>,
+    /// Whether the person wants to look on instead; none where that cannot be.
+    pub(super) looks_on: Option<bool>,
     pub(super) class: People,
     pub(super) history: History,
     pub(super) guidance: Guidance,
@@ -217,6 +219,10 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     ui.separator();
     state.class.show(ui, &state.words, &state.people, state.wetness, state.rpm);
     ui.separator();
+    if let Some(looks_on) = &mut state.looks_on {
+        *looks_on |= ui.button(state.words.say("look-on")).clicked();
+        ui.separator();
+    }
     liking::show(ui, state);
 }
 

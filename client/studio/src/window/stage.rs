@@ -8,12 +8,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow, bail};
-use pottery_client::render::{GalleryRenderer, GalleryScene, Gpu, GpuAhead, PotRenderer, Scene, Sharpness};
+use pottery_client::render::{Camera, GalleryRenderer, GalleryScene, Gpu, GpuAhead, PotRenderer, Scene, Sharpness};
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Touched;
 use wgpu::CurrentSurfaceTexture;
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
+
+use super::overlay::Overlay;
 
 /// Time after a loss in which another one is taken for the same fault.
 const AGAIN: Duration = Duration::from_secs(20);
@@ -70,6 +72,13 @@ impl Painter {
             _ => {}
         }
     }
+}
+
+/// A window with what was drawn in it last, as one part of the program hands it to another.
+pub(super) struct Seen {
+    pub(super) stage: Stage,
+    pub(super) overlay: Overlay,
+    pub(super) camera: Camera,
 }
 
 /// Surface, device and painters of one window.

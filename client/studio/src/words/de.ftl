@@ -243,6 +243,9 @@ wheel-number = Scheibe { $number }
 all-wheels = Alle Scheiben (Esc)
 tile-progress = { $rms } mm RMS daneben, höchstens { $most } mm
 waiting-for-wheels = warte auf die Scheiben …
+work-here = An dieser Scheibe arbeiten
+taking-place = ein Platz an der Scheibe wird eingenommen …
+look-on = Stattdessen zuschauen
 looking-again = die Verbindung ist abgebrochen; gleich ist wieder etwas zu sehen …
 ## Leute und Unterricht
 

@@ -243,6 +243,9 @@ wheel-number = wheel { $number }
 all-wheels = All wheels (Esc)
 tile-progress = off by { $rms } mm RMS, { $most } mm at most
 waiting-for-wheels = waiting for the wheels …
+work-here = Work at this wheel
+taking-place = taking a place at the wheel …
+look-on = Look on instead
 looking-again = the connection broke; looking again …
 ## People and the lesson
 

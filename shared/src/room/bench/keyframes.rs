@@ -43,10 +43,14 @@ impl Bench {
         }
     }
 
+    /// Whether there is no such snapshot yet: nobody holds it, and nothing leads on from it.
+    pub(in crate::room) const fn never_was(&self, have: u32) -> bool {
+        have > self.author.latest().0
+    }
+
     /// Sends one peer everything newer than `have`.
     pub(in crate::room) fn resync(&mut self, peer: PeerId, have: u32, outbox: &mut Outbox) {
-        // a version that never was cannot be built upon
-        if have == 0 || have > self.author.latest().0 {
+        if have == 0 {
             return self.send_whole(peer, outbox);
         }
         self.send_keyframe(peer, have, 0, self.author.keyframe(Version(have), self.goes_on(peer)), outbox);

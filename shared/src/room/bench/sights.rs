@@ -13,11 +13,16 @@ use crate::room::view::View;
 use crate::snapshot::{Author, Detail, Moment, Version};
 use crate::units::Tick;
 
+/// Chains at once that have no name of their own; each takes up to 2 MB and is made as often as it says.
+const UNNAMED_MAX: usize = 4;
+
 /// What is shown of one wheel.
 #[derive(Debug, Default)]
 pub(super) struct Sights {
-    /// Chains of their own, by the number of the detail, with the last version of the one before.
-    views: [(Option<View>, Version); Detail::ALL.len()],
+    /// Chains of their own: at most one for each detail with a name, and [`UNNAMED_MAX`] others.
+    views: Vec<(Detail, View)>,
+    /// Above the last version of every chain that ended.
+    ended: Version,
     /// Whether somebody presses again what is pressed here.
     is_retold: bool,
     /// What everybody was told since those who look on closely were, with the number of each.
@@ -29,8 +34,13 @@ impl Sights {
         self.is_retold
     }
 
-    const fn is_close(&self) -> bool {
-        self.is_retold || self.views[Detail::Spectator.number() as usize].0.is_some()
+    fn is_close(&self) -> bool {
+        self.is_retold || self.views.iter().any(|(detail, _)| detail.shows_tools())
+    }
+
+    fn has_room_for(&self, detail: Detail) -> bool {
+        let is_named = |detail: Detail| Detail::PRESETS.contains(&detail);
+        is_named(detail) || self.views.iter().filter(|(detail, _)| !is_named(*detail)).count() < UNNAMED_MAX
     }
 }
 
@@ -98,25 +108,33 @@ impl<'a> Seen<'a> {
 }
 
 impl Bench {
-    /// Begins to show the wheel at a detail, unless it is shown already.
-    pub(in crate::room) fn open_view(&mut self, detail: Detail, now: Tick) {
-        if detail == Detail::Retold {
+    /// Begins to show the wheel at a detail, unless it is shown already; false when it is shown in as many ways as it can be.
+    pub(in crate::room) fn open_view(&mut self, detail: Detail, now: Tick) -> bool {
+        if detail.is_retold() {
             self.sights.is_retold = true;
-            return;
+            return true;
         }
-        let now = Moment { tick: now, phase: self.conditions.phase(now) };
-        let (view, before) = &mut self.sights.views[usize::from(detail.number())];
-        view.get_or_insert_with(|| View::after(*before, &self.author, detail, now));
+        if let Some((_, view)) = self.sights.views.iter_mut().find(|(of, _)| *of == detail) {
+            view.note_newcomer();
+            return true;
+        }
+        let has_room = self.sights.has_room_for(detail);
+        if has_room {
+            let now = Moment { tick: now, phase: self.conditions.phase(now) };
+            let view = View::after(self.sights.ended, &self.author, detail, now);
+            self.sights.views.push((detail, view));
+        }
+        has_room
     }
 
     /// Shows it no longer.
     pub(in crate::room) fn close_view(&mut self, detail: Detail) {
-        if detail == Detail::Retold {
+        if detail.is_retold() {
             self.sights.is_retold = false;
         }
-        let (view, before) = &mut self.sights.views[usize::from(detail.number())];
-        if let Some(view) = view.take() {
-            *before = view.latest().next();
+        let Sights { views, ended, .. } = &mut self.sights;
+        for (_, view) in views.extract_if(.., |(of, _)| *of == detail) {
+            *ended = view.latest().next().max(*ended);
         }
         if !self.sights.is_close() {
             self.sights.news.clear();
@@ -125,20 +143,19 @@ impl Bench {
 
     /// The wheel at a detail, if anybody looks at it.
     pub(in crate::room) fn seen(&self, detail: Detail) -> Option<Seen<'_>> {
-        if detail == Detail::Retold {
+        if detail.is_retold() {
             let retold = Seen::Retold { author: &self.author, ways: &self.ways, tick: self.snapshot_tick };
             return self.sights.is_retold.then_some(retold);
         }
-        self.sights.views[usize::from(detail.number())].0.as_ref().map(Seen::Apart)
+        self.sights.views.iter().find(|(of, _)| *of == detail).map(|(_, view)| Seen::Apart(view))
     }
 
-    /// Takes a snapshot for those details of which `is_due` says so.
+    /// Takes a snapshot for those details of which `is_due` says so, and for those that somebody new looks at.
     pub(in crate::room) fn publish_views(&mut self, now: Tick, is_due: impl Fn(Detail) -> bool) {
         let now = Moment { tick: now, phase: self.conditions.phase(now) };
-        for detail in Detail::ALL.into_iter().filter(|detail| is_due(*detail)) {
-            if let (Some(view), _) = &mut self.sights.views[usize::from(detail.number())] {
-                view.publish(&self.author, now);
-            }
+        let views = self.sights.views.iter_mut();
+        for (_, view) in views.filter(|(detail, view)| view.has_newcomer() || is_due(*detail)) {
+            view.publish(&self.author, now);
         }
     }
 

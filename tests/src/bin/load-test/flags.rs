@@ -103,8 +103,10 @@ pub(crate) struct RunFlags {
     /// People who look on
     #[arg(long)]
     spectators: Option<u32>,
-    /// What those get: full (as a potter, 60 a second), spectator (30) or gallery (5)
-    #[arg(long)]
+    /// What those get: full (as a potter, 60 a second), spectator (30) or gallery (5); or figures of your own, as
+    /// quantum=8,fold=2,every=6: radii in so many times 3.8 µm, so many elements taken together each way, one of so many snapshots; with
+    /// rows=4-9 those rows of tiles alone, with tools everybody's tools as well
+    #[arg(long, value_name = "SIGHT")]
     sight: Option<Sight>,
     /// Potters who hold and predict the clay, so that corrections are measured; each costs the generator a tenth of a core or more
     #[arg(long)]

@@ -28,6 +28,7 @@ pub(super) fn prediction(figures: &[PredictionFigures]) -> Result<Vec<u8>, Chart
     for (row, loss) in losses.iter().enumerate() {
         entries.push((Sign::Marked(Look::of_row(row)), format!("{loss} % lost: p99")));
         entries.push((Sign::Dashed(Look::of_row(row).colour), "median".to_owned()));
+        entries.push((Sign::Dots(Look::of_row(row).colour), "largest".to_owned()));
     }
     let (canvas, room) = sheet(
         "How far the clay under a hand is from the room's: lower is better",
@@ -38,7 +39,7 @@ pub(super) fn prediction(figures: &[PredictionFigures]) -> Result<Vec<u8>, Chart
          pressed late.",
     );
     let overlaps: Vec<Overlap> = distinct(figures.iter().map(|figures| figures.case.overlap));
-    let most = figures.iter().map(|figures| figures.worst_mm[1]).fold(0.05, f64::max) * 1.1;
+    let most = figures.iter().map(|figures| figures.worst_mm[2]).fold(0.05, f64::max) * 1.1;
     for (column, overlap) in overlaps.iter().enumerate() {
         let x = Axis::log("way and back, ms", figures.iter().map(|figures| f64::from(figures.case.round_trip_ms)));
         let y = Axis::linear(if column == 0 { "error under the tool, mm" } else { "" }, 0.0, most);
@@ -51,40 +52,45 @@ pub(super) fn prediction(figures: &[PredictionFigures]) -> Result<Vec<u8>, Chart
             panel.dashed(&line(0), Look::of_row(row).colour, 2.0);
             panel.line(&line(1), Look::of_row(row).colour, 2.5);
             panel.marks(&line(1), Look::of_row(row));
+            panel.dots(&line(2), Look::of_row(row).colour);
         }
     }
     canvas.into_png().map_err(|source| ChartError::Picture { name: "prediction.png", source })
 }
 
-/// Error against bytes, a line for each rate.
+/// Error against bytes, a line for each rate and a row of diagrams for each session.
 pub(super) fn subscription(figures: &[SubscriptionFigures]) -> Result<Vec<u8>, ChartError> {
     let rates = distinct(figures.iter().map(|figures| figures.rate_hz));
     let entries = rates.iter().enumerate();
     let entries: Vec<_> =
         entries.map(|(row, rate)| (Sign::Marked(Look::of_row(row)), format!("{rate:.0} times a second"))).collect();
-    let session = figures.first().map_or("", |figures| figures.session.as_str());
+    let sessions = distinct(figures.iter().map(|figures| figures.session.as_str()));
     let (canvas, room) = sheet(
         "What a byte shows of the clay: to the left and down is better",
         &entries,
         &format!(
-            "A recorded session of {session} on a wheel at 60 rpm; 360 × 400 elements. Off: what a viewer sees against the room's clay, at all \
+            "Recorded sessions on a wheel at 60 rpm: {}; 360 × 400 elements. Off: what a viewer sees against the room's clay, at all \
              times and over all elements that are ever pressed; on a line without delay or loss. Numbers at the marks: the quantum, µm. The room \
-             itself rounds to 3.8 µm."
+             itself rounds to 3.8 µm.",
+            sessions.join("; ")
         ),
     );
-    for (column, (heading, which)) in [("root of the mean square", 0), ("largest", 1)].into_iter().enumerate() {
+    let panels = sessions.iter().enumerate().flat_map(|(row, session)| [(row, *session, 0), (row, *session, 1)]);
+    for (row, session, which) in panels {
         let x = Axis::log("bytes a second", figures.iter().map(|figures| figures.bytes_per_s));
         let off = || figures.iter().map(|figures| figures.error_um[which]);
-        let y = match which {
-            0 => Axis::log("off, µm", off()),
-            _ => Axis::linear("", 0.0, off().fold(1.0, f64::max) * 1.1),
+        let (heading, y) = match which {
+            0 => ("root of the mean square", Axis::log("off, µm", off())),
+            _ => ("largest", Axis::linear("", 0.0, off().fold(1.0, f64::max) * 1.1)),
         };
-        let panel = Panel::new(&canvas, cell(room, (column, 2), (0, 1)), heading, x, y);
+        let own = || figures.iter().filter(|figures| figures.session == session);
+        let within = cell(room, (which, 2), (row, sessions.len()));
+        let panel = Panel::new(&canvas, within, &format!("{session}: {heading}"), x, y);
         let mut labels = Labels::new(&panel);
         let lines: Vec<Vec<[f64; 2]>> = rates
             .iter()
             .map(|rate| {
-                let own = figures.iter().filter(|figures| figures.rate_hz == *rate);
+                let own = own().filter(|figures| figures.rate_hz == *rate);
                 own.map(|figures| [figures.bytes_per_s, figures.error_um[which]]).collect()
             })
             .collect();
@@ -95,7 +101,7 @@ pub(super) fn subscription(figures: &[SubscriptionFigures]) -> Result<Vec<u8>, C
             labels.spare_marks(panel.places(line));
         }
         for (row, rate) in rates.iter().enumerate() {
-            for figures in figures.iter().filter(|figures| figures.rate_hz == *rate) {
+            for figures in own().filter(|figures| figures.rate_hz == *rate) {
                 for at in panel.places(&[[figures.bytes_per_s, figures.error_um[which]]]) {
                     labels.write(at, &format!("{:.0}", figures.quantum_um), Look::of_row(row).colour);
                 }

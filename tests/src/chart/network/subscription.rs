@@ -4,7 +4,7 @@
 //! Invariant: every chain follows the same session.
 
 use pottery_shared::clay::{Pot, Surface};
-use pottery_shared::snapshot::{Author, Quantum, Replica, SnapshotClock, Tier, TileLayout, Touched};
+use pottery_shared::snapshot::{Author, Detail, Quantum, Replica, SnapshotClock, Tier, TileLayout, Touched};
 use pottery_shared::units::Tick;
 
 use super::NetworkError;
@@ -32,8 +32,7 @@ pub struct SubscriptionFigures {
 
 /// A chain and who follows it.
 struct Viewer {
-    every: u64,
-    quantum: Quantum,
+    detail: Detail,
     tier: Tier,
     replica: Replica,
     bytes: u64,
@@ -41,30 +40,24 @@ struct Viewer {
     largest_m: f32,
 }
 
-/// Goes through a session with every quantum at every rate.
+/// Goes through a session with every detail.
 ///
 /// # Errors
 /// [`NetworkError`].
 pub(super) fn measure(
     name: &str,
     clay: &mut Clay,
-    steps: &[u16],
-    every: &[u64],
+    details: &[Detail],
 ) -> Result<Vec<SubscriptionFigures>, NetworkError> {
     let spec = *clay.pot().spec();
     let untouched = || Pot::new(spec).expect("the session's own specification");
     let mut follower = Follower::new(untouched());
-    let viewer = |every, steps| {
-        let quantum = Quantum::of_steps(steps);
-        let tier = Tier::new(&follower.author, quantum, 1, |_| true);
-        let replica = Replica::with_quantum(untouched(), quantum);
-        Viewer { every, quantum, tier, replica, bytes: 0, squares: 0.0, largest_m: 0.0 }
+    let viewer = |detail: &Detail| {
+        let tier = Tier::new(&follower.author, *detail);
+        let replica = Replica::with_quantum(untouched(), detail.quantum());
+        Viewer { detail: *detail, tier, replica, bytes: 0, squares: 0.0, largest_m: 0.0 }
     };
-    let mut viewers: Vec<Viewer> = every
-        .iter()
-        .flat_map(|&every| steps.iter().map(move |&steps| (every, steps)))
-        .map(|(every, steps)| viewer(every, steps))
-        .collect();
+    let mut viewers: Vec<Viewer> = details.iter().map(viewer).collect();
     let (first, last) = clay.span();
     let is_pressed = pressed(&untouched(), clay, last)?;
     let mut again = clay.again()?;
@@ -79,7 +72,7 @@ pub(super) fn measure(
                 ended = tick;
             }
             let number = SnapshotClock::default().count(tick);
-            for viewer in viewers.iter_mut().filter(|viewer| number.is_multiple_of(viewer.every)) {
+            for viewer in viewers.iter_mut().filter(|viewer| number.is_multiple_of(viewer.detail.every())) {
                 let Some(delta) = viewer.tier.publish(&follower.author, again.moment(tick)) else { continue };
                 viewer.bytes += delta.bytes.len() as u64;
                 if viewer.replica.apply_delta(delta.version, &delta.bytes, &mut news).is_err() {
@@ -99,8 +92,8 @@ pub(super) fn measure(
     let elements = is_pressed.iter().filter(|is| **is).count() as f64 * looks as f64;
     let figures = |viewer: &Viewer| SubscriptionFigures {
         session: name.to_owned(),
-        quantum_um: f64::from(viewer.quantum.metres()) * 1e6,
-        rate_hz: SnapshotClock::PER_SECOND as f64 / viewer.every as f64,
+        quantum_um: f64::from(viewer.detail.quantum().metres()) * 1e6,
+        rate_hz: SnapshotClock::PER_SECOND as f64 / viewer.detail.every() as f64,
         bytes_per_s: viewer.bytes as f64 / seconds,
         error_um: [(viewer.squares / elements).sqrt() * 1e6, f64::from(viewer.largest_m) * 1e6],
     };
