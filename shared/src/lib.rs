@@ -9,6 +9,7 @@
 extern crate alloc;
 
 pub mod clay;
+mod coding;
 pub mod haptics;
 mod lanes;
 pub mod prediction;

@@ -5,15 +5,15 @@
 //! allows, and leaves no byte unread.
 //!
 //! Layout: bincode 2 (`standard`: little-endian variable-length integers, zigzag for signed ones), one message to a
-//! datagram, a control frame (two bytes of length, little-endian, before each) or a whole stream (keyframes). Grid
-//! contents are the snapshot codec's own bytes. Changing anything here means raising [`VERSION`].
+//! datagram, a control frame (two bytes of length, little-endian, before each) or a whole stream (keyframes). Samples and
+//! grid contents are bits of a range coder. Changing anything here means raising [`VERSION`].
 
 mod class;
 mod code;
 mod frame;
 mod guidance;
+mod inputs;
 mod messages;
-mod steps;
 mod token;
 mod watching;
 
@@ -24,12 +24,12 @@ pub use class::{
 pub use code::{JoinCode, JoinCodeError};
 pub use frame::{FrameReader, frame};
 pub use guidance::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, ProgressWire, TargetWire};
+pub use inputs::{Inputs, Run, ShapeWire};
 pub use messages::{
-    Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Inputs, Keyframe, MeshWire, NoStep, NoTool,
-    Notice, POT_PIECE, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Run, ShapeWire, Sight,
-    StepsWire, ToolWire, Upload, Welcome, WheelWire,
+    Audience, Body, ClayWire, Fragment, FragmentOf, Greeting, Hello, Keyframe, MeshWire, NoStep, NoTool, Notice,
+    POT_PIECE, PotWire, Pulse, PulseHead, Purpose, Refusal, Request, Retelling, Sight, StepsWire, ToolWire, Upload,
+    Welcome, WheelWire,
 };
-pub use steps::Steps;
 pub use token::TokenError;
 pub use watching::{DetailWire, NewsOf, NewsWire, SightName};
 
@@ -38,7 +38,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 22;
+pub const VERSION: u16 = 23;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram that is sent unasked: what fits the smallest path that QUIC allows, and browsers.

@@ -44,7 +44,7 @@ pub use mending::MendCounts;
 pub use pace::{Pace, Telling};
 pub use peer::{Peer, PeerError};
 pub use putting::{PutError, fitted};
-pub use runs::pack;
+pub use runs::{Packed, pack};
 pub(crate) use tools::with_one_more;
 pub use tools::{BROUGHT_MAX, BROUGHT_TRIANGLES_MAX, BringError, mesh_of, tool_of};
 pub use watched::Watched;

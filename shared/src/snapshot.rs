@@ -5,15 +5,12 @@
 //! Invariant: at a snapshot the authoritative radii are those of their quantum steps (kept within the surface's bounds),
 //! so that author and replica hold the same clay, bit for bit.
 
-mod adaptive;
 mod author;
 mod chain;
-mod coder;
 mod detail;
 mod grid;
 mod kept;
 mod ledger;
-mod magnitude;
 mod models;
 mod motion;
 mod plane;

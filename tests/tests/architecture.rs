@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 /// What the modules of the core may use: the arrows of `ARCHITECTURE.md`.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
+    ("coding", &[]),
     ("lanes", &[]),
     ("tool", &["lanes", "units"]),
     ("clay", &["lanes", "tool", "units"]),
     ("haptics", &["clay", "tool", "units"]),
-    ("protocol", &["units"]),
-    ("snapshot", &["clay", "protocol", "tool", "units"]),
+    ("protocol", &["coding", "units"]),
+    ("snapshot", &["clay", "coding", "protocol", "tool", "units"]),
     ("prediction", &["clay", "protocol", "snapshot", "tool", "units"]),
     ("session", &["clay", "haptics", "prediction", "protocol", "snapshot", "tool", "units"]),
     ("room", &["clay", "protocol", "session", "snapshot", "tool", "units"]),

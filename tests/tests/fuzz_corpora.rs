@@ -12,6 +12,7 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use pottery_shared::protocol::{self, DATAGRAM_MEMORY_MAX, Upload};
 use pottery_tests::dice::Dice;
 
 /// How often each entry is bent.
@@ -69,6 +70,21 @@ fn replay(target: &str, body: fn(&[u8])) {
             let mut dice = Dice::new(seed * 1000 + at as u64);
             run(&format!("{name} bent by {seed}"), &bent(&entries, at, &mut dice));
         }
+    }
+}
+
+#[test]
+fn samples_of_the_corpus_are_of_this_version_s_wire() {
+    let entries = corpus("samples").into_iter().filter(|(name, _)| name != "nothing");
+    for (name, bytes) in entries {
+        let (mut rest, mut samples) = (&bytes[..], 0);
+        while let Some((&[_, low, high], behind)) = rest.split_first_chunk() {
+            let (own, behind) = behind.split_at(u16::from_le_bytes([low, high]).into());
+            let upload: Upload = protocol::decode::<DATAGRAM_MEMORY_MAX, _>(own).unwrap();
+            samples += upload.inputs.runs.iter().map(|run| 1 + run.steps.len()).sum::<usize>();
+            rest = behind;
+        }
+        assert!(samples > 3, "{name} has {samples} samples");
     }
 }
 

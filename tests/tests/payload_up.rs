@@ -1,7 +1,7 @@
 //! What a hand that never rests sends, over lines that lose and with tools that turn: payload of datagrams, without QUIC's own bytes.
 //!
 //! Room and session are the real ones, joined by a line with a seed, so that what is said again is said as often as there.
-//! Invariant under test: the 60 kbit/s that the project has set itself, where they hold, and what is measured where they do not.
+//! Invariant under test: the 60 kbit/s that the project has set itself.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -25,6 +25,16 @@ const UP: f64 = 60.0;
 const WARM: u64 = 2_000;
 const COUNTED: u64 = 20_000;
 const QUIET: u64 = 3_000;
+
+/// From little that is lost to more than there will be.
+const LINES: [(&str, Quality); 6] = [
+    ("lan", Quality::LAN),
+    ("school-wifi", Quality::SCHOOL_WIFI),
+    ("home", Quality::HOME),
+    ("intercontinental", Quality::INTERCONTINENTAL),
+    ("awful", Quality::AWFUL),
+    ("bursts", BURSTS),
+];
 
 enum Parcel {
     Up(Vec<u8>),
@@ -121,26 +131,16 @@ fn upstream(seed: u64, quality: Quality, is_rib: bool) -> (f64, f64) {
     (bytes_up as f64 * 8.0 / COUNTED as f64, said as f64 / made as f64)
 }
 
-/// Most kbit/s with a sphere and with a rib that turns: what was set, and where that is passed what was measured and a twentieth more.
-const LINES: [(&str, Quality, [f64; 2]); 6] = [
-    ("lan", Quality::LAN, [UP, UP]),
-    ("school-wifi", Quality::SCHOOL_WIFI, [67.0, 119.0]),
-    ("home", Quality::HOME, [UP, 96.0]),
-    ("intercontinental", Quality::INTERCONTINENTAL, [87.0, 161.0]),
-    ("awful", Quality::AWFUL, [90.0, 170.0]),
-    ("bursts", BURSTS, [88.0, 163.0]),
-];
-
 #[test]
-fn a_hand_sends_what_was_set_over_lines_that_lose_little_and_with_a_rib_that_turns_up_to_three_times_as_much() {
-    for (name, quality, most) in LINES {
-        for (most, is_rib) in most.into_iter().zip([false, true]) {
+fn a_hand_sends_what_was_set_over_every_line_with_every_tool() {
+    for (name, quality) in LINES {
+        for is_rib in [false, true] {
             let found = [1, 2, 3].map(|seed| upstream(seed, quality, is_rib));
             let held = if is_rib { "a rib that turns" } else { "a sphere" };
             println!("{name}, {held}: {found:.1?} kbit/s and times that each sample is said");
             // what is not acknowledged yet is said again
             assert!(found.iter().all(|(_, times)| *times > 2.0), "{name}, {held}: {found:?}");
-            assert!(found.iter().all(|(kbit_s, _)| *kbit_s <= most), "{name}, {held}: {found:?}");
+            assert!(found.iter().all(|(kbit_s, _)| *kbit_s <= UP), "{name}, {held}: {found:?}");
         }
     }
 }

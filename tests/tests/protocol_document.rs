@@ -341,14 +341,14 @@ fn uploads() -> Vec<Value> {
     let hand: Vec<[i16; 3]> = (0..20).map(|tick| [tick % 3 - 1, 4 - tick / 4, -7]).collect();
     let wild = vec![[i16::MIN, i16::MAX, 0], [i16::MAX, 0, -1], [0, 1, 2]];
     let run = |tool, inside, steps: &Vec<[i16; 3]>, turns: &Vec<[i16; 3]>| Run {
-        first_tick: 123_456,
+        first_tick: 51_234,
         tool,
         inside,
         start: [-6500, 0, 10_000],
-        steps: steps.clone().into(),
-        turns: turns.clone().into(),
+        steps: steps.clone(),
+        turns: turns.clone(),
     };
-    let value = |tool: Value, inside: bool, steps: &Vec<[i16; 3]>, turns: &Vec<[i16; 3]>| json!({ "tick": 123_456, "tool": tool, "inside": inside, "start": [-6500, 0, 10_000], "steps": steps, "turns": turns });
+    let value = |tool: Value, inside: bool, steps: &Vec<[i16; 3]>, turns: &Vec<[i16; 3]>| json!({ "tick": 51_234, "tool": tool, "inside": inside, "start": [-6500, 0, 10_000], "steps": steps, "turns": turns });
     let (sphere, rib) =
         (ShapeWire::Sphere { radius_um: 12_000 }, ShapeWire::Convex { shape: 0, orientation: [16_384, -300, 0] });
     let (sphere_value, rib_value) =
@@ -360,7 +360,7 @@ fn uploads() -> Vec<Value> {
         value(rib_value, true, &wild, &wild),
         value(sphere_value, true, &none, &none),
     ];
-    let (first, (hand, hand_value)) = (u32::MAX - 1, self::hand());
+    let (first, (hand, hand_value)) = (u16::MAX - 1, self::hand());
     let quiet = Upload { inputs: Inputs { first, runs, rests: false }, hand: None, again: Some(251) };
     let guiding = Upload { inputs: Inputs { first: 7, runs: Vec::new(), rests: true }, hand: Some(hand), again: None };
     let inputs = json!({ "first": first, "runs": values, "rests": false });

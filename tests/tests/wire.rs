@@ -9,7 +9,7 @@ use pottery_shared::protocol::{
     FrameReader, Greeting, GuidanceWire, HandWire, Hello, Inputs, JoinCode, JoinCodeError, KEYFRAME_MAX, Keyframe,
     LeadWire, MeshWire, NewsOf, NewsWire, Nickname, NoOrder, NoTool, Notice, Order, POT_PIECE, Pass, PersonWire,
     PlaceWire, PotOf, PotWire, Presence, ProgressWire, ProtocolError, Pulse, PulseHead, Purpose, Refusal, Request,
-    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, Steps, TargetWire, TeacherToken, ToolWire, Upload,
+    ResumeToken, Retelling, Role, Run, ShapeWire, Sight, SightName, TargetWire, TeacherToken, ToolWire, Upload,
     Welcome, WheelInfo, WheelWire,
 };
 use proptest::prelude::*;
@@ -291,11 +291,16 @@ fn shape() -> impl Strategy<Value = ShapeWire> {
 }
 
 fn inputs() -> impl Strategy<Value = Inputs> {
-    let steps = || prop::collection::vec(any::<[i16; 3]>(), 0..60).prop_map(Steps);
-    let run = (any::<(u64, bool, [i32; 3])>(), shape(), steps(), steps()).prop_map(
-        |((first_tick, inside, start), tool, steps, turns)| Run { first_tick, tool, inside, start, steps, turns },
+    let place = -Run::PLACE_MAX - 1..=Run::PLACE_MAX;
+    let ways = prop::collection::vec(any::<([i16; 3], [i16; 3])>(), 0..60);
+    let run = (any::<(u16, bool, bool)>(), prop::array::uniform3(place), shape(), ways).prop_map(
+        |((first_tick, inside, turns), start, tool, ways)| {
+            let turns = turns && matches!(tool, ShapeWire::Convex { .. });
+            let (steps, turned): (Vec<_>, Vec<_>) = ways.into_iter().unzip();
+            Run { first_tick, tool, inside, start, steps, turns: if turns { turned } else { Vec::new() } }
+        },
     );
-    (any::<(u32, bool)>(), prop::collection::vec(run, 0..6)).prop_map(|((first, rests), runs)| Inputs {
+    (any::<(u16, bool)>(), prop::collection::vec(run, 0..6)).prop_map(|((first, rests), runs)| Inputs {
         first,
         runs,
         rests,
@@ -469,17 +474,12 @@ fn claimed_length_is_not_believed() {
             asked_to_refuse!(Notice, CONTROL_MAX, claim(&[0, 1, 0, 8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])),
             asked_to_refuse!(Request, CONTROL_MAX, claim(&[2])),
             asked_to_refuse!(Request, CONTROL_MAX, claim(&[2, 0])),
-            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0])),
-            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0])),
-            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),
+            asked_to_refuse!(Upload, DATAGRAM_MEMORY_MAX, claim(&[])),
             asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0, 1])),
             asked_to_refuse!(Pulse, DATAGRAM_MEMORY_MAX, claim(&[0, 0, 0, 0, 0, 0, 0])),
         ];
-        // one run is made before its steps are refused; nothing is taken for what is only claimed
-        assert!(
-            asked.iter().all(|&bytes| bytes <= size_of::<Run>()),
-            "{claimed} elements claimed: {asked:?} bytes asked for"
-        );
+        // nothing is taken for what is only claimed
+        assert!(asked.iter().all(|&bytes| bytes == 0), "{claimed} elements claimed: {asked:?} bytes asked for");
         // 2¹⁶ bytes are allowed in a keyframe, so they may be taken before they are missed
         let of_keyframe = asked_to_refuse!(Keyframe, KEYFRAME_MAX, claim(&[0, 0, 0, 0]));
         let allowed = if claimed <= KEYFRAME_MAX as u64 { claimed as usize } else { 0 };
@@ -668,24 +668,41 @@ fn way() -> impl Strategy<Value = Vec<[i16; 3]>> {
     })
 }
 
+/// Samples of a sphere that go this way.
+fn one_run(steps: Vec<[i16; 3]>) -> Inputs {
+    let tool = ShapeWire::Sphere { radius_um: 12_000 };
+    let run = Run { first_tick: 0, tool, inside: false, start: [0; 3], steps, turns: Vec::new() };
+    Inputs { first: 0, runs: vec![run], rests: false }
+}
+
+fn bytes_of(way: &[[i16; 3]]) -> usize {
+    protocol::encode(&one_run(way.to_vec())).len()
+}
+
 proptest! {
     #[test]
     fn a_hand_s_step_takes_a_byte_or_so(way in way()) {
-        let bytes = protocol::encode(&Steps(way.clone())).len();
-        // three parameters and velocities of at most 31 bits, two lengths, and at most three bits a change of two
-        prop_assert!(bytes * 8 <= 3 * (4 + 31) + 5 * 8 + way.len() * 3 * 4, "{bytes} bytes for {} steps", way.len());
-        let most: usize = way
-            .iter()
-            .zip(std::iter::once(&[0; 3]).chain(&way))
-            .map(|(step, before)| Steps::bits_max(*before, *step))
-            .sum();
-        prop_assert!(bytes * 8 <= most + 12 + 7 + 5 * 8, "{bytes} bytes, {most} bits foreseen");
+        let bytes = bytes_of(&way);
+        // what stands before it, velocities of at most 20 bits, and two bytes a step that changes by two along three axes
+        prop_assert!(bytes * 8 <= 160 + 3 * 40 + way.len() * 16, "{bytes} bytes for {} steps", way.len());
     }
 
     #[test]
     fn steps_of_any_kind_are_never_longer_than_foreseen(way in prop::collection::vec(any::<[i16; 3]>(), 0..100)) {
-        let bytes = protocol::encode(&Steps(way.clone())).len();
-        // a parameter of fifteen makes every number of sixteen bits one of at most seventeen
-        prop_assert!(bytes * 8 <= way.len() * 3 * 17 + 12 + 7 + 5 * 8, "{bytes} bytes for {} steps", way.len());
+        let bytes = bytes_of(&way);
+        // an Exp-Golomb code of seventeen bits takes 35, of which those that come again are learned
+        prop_assert!(bytes * 8 <= 160 + way.len() * 3 * 40, "{bytes} bytes for {} steps", way.len());
+    }
+}
+
+#[test]
+fn steps_that_are_claimed_and_not_there_are_refused() {
+    let whole = protocol::encode(&one_run(vec![[250, -90, 3000]; Run::STEPS_MAX]));
+    assert!(protocol::decode::<DATAGRAM_MEMORY_MAX, Inputs>(&whole).is_ok());
+    // of a run that is cut short with its length said anew, nothing is made up; the longest is 6 kB of memory
+    for bytes in 1..whole.len() - 5 {
+        let cut = [&[bytes as u8][..], &whole[1..=bytes]].concat();
+        let asked = asked_bytes(|| assert!(protocol::decode::<DATAGRAM_MEMORY_MAX, Inputs>(&cut).is_err(), "{bytes}"));
+        assert!(asked <= DATAGRAM_MEMORY_MAX, "{asked} bytes asked for");
     }
 }

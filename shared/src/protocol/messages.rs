@@ -8,8 +8,8 @@ use alloc::vec::Vec;
 use bincode::{Decode, Encode};
 
 use super::{
-    ClassWire, GuidanceEnd, GuidanceWire, HandWire, LeadWire, NewsWire, NoGuidance, NoOrder, Order, Pass, PersonWire,
-    PlaceWire, ProgressWire, SightName, Steps, TargetWire,
+    ClassWire, GuidanceEnd, GuidanceWire, HandWire, Inputs, LeadWire, NewsWire, NoGuidance, NoOrder, Order, Pass,
+    PersonWire, PlaceWire, ProgressWire, ShapeWire, SightName, TargetWire,
 };
 
 /// The first frame of a client. Its layout never changes, so that any two versions can refuse each other politely.
@@ -407,51 +407,6 @@ pub enum Notice {
     Progress(Vec<ProgressWire>),
     /// A wheel is shown in as many ways as it can be; this one is none of them. Those with a name always are.
     NoSight(SightName),
-}
-
-/// A tool and how it is turned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub enum ShapeWire {
-    /// A sphere.
-    Sphere {
-        /// Its radius, µm.
-        radius_um: u16,
-    },
-    /// A convex tool of the rack.
-    Convex {
-        /// Its number there.
-        shape: u8,
-        /// Yaw, pitch and roll as seen from where it stands, 2¹⁶ a turn.
-        orientation: [i16; 3],
-    },
-}
-
-/// Consecutive ticks of one tool.
-#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Run {
-    /// Tick of the first sample.
-    pub first_tick: u64,
-    /// The tool, turned as it is at the first sample.
-    pub tool: ShapeWire,
-    /// Whether it works inside of the pot.
-    pub inside: bool,
-    /// First position, in steps of 10 µm.
-    pub start: [i32; 3],
-    /// Movement from tick to tick after it, in the same steps.
-    pub steps: Steps,
-    /// Turning from tick to tick beside each step, 2¹⁶ a turn; none for a tool that is held as it is.
-    pub turns: Steps,
-}
-
-/// A client's newest samples and those that may have been lost.
-#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Inputs {
-    /// Number of the first sample in the client's stream of samples.
-    pub first: u32,
-    /// The samples; numbers run on from run to run.
-    pub runs: Vec<Run>,
-    /// Whether the hand has made no other sample since and rests, so that nobody waits for one.
-    pub rests: bool,
 }
 
 /// A client's datagram.

@@ -508,7 +508,8 @@ impl Client {
         }
         let is_last = now.saturating_sub(self.news_sent_at) <= Self::LAST_FOR
             && now.saturating_sub(self.sent_at) >= Self::LAST_EVERY;
-        let start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
+        let mut again = 0;
+        let mut start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
             self.repeated_at = now;
             self.redundancy.handle_silence(now);
             // the server waits for what is missing, so all that follows was in vain too
@@ -519,21 +520,27 @@ impl Client {
             }
             oldest
         } else if anything_unsent {
-            let behind_oldest = self.unsent.wrapping_sub(oldest) as i32;
-            if behind_oldest <= 0 {
-                oldest
-            } else {
-                self.unsent.wrapping_sub(self.redundancy.samples(now).min(behind_oldest as u32))
-            }
+            let behind_oldest = (self.unsent.wrapping_sub(oldest) as i32).max(0) as u32;
+            again = self.redundancy.samples(now).min(behind_oldest);
+            if behind_oldest == 0 { oldest } else { self.unsent.wrapping_sub(again) }
         } else if is_last {
             oldest
         } else {
             return None;
         };
         self.sent_at = now;
-        let skip = start.wrapping_sub(oldest) as usize;
-        let (mut inputs, count) = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
-        let end = start.wrapping_add(count);
+        let packed = loop {
+            let skip = start.wrapping_sub(oldest) as usize;
+            let packed = runs::pack(pending.iter().skip(skip), protocol::DATAGRAM_MAX - 16 - HAND_BYTES_MAX);
+            if again == 0 || packed.bytes <= Redundancy::BYTES {
+                break packed;
+            }
+            let fewer = again.div_ceil(8);
+            again -= fewer;
+            start = start.wrapping_add(fewer);
+        };
+        let mut inputs = packed.inputs;
+        let end = start.wrapping_add(packed.count);
         inputs.rests = rests && end == newest.wrapping_add(1);
         if (end.wrapping_sub(self.unsent) as i32) > 0 {
             self.unsent = end;

@@ -72,8 +72,8 @@ impl InputQueue {
 
     /// Takes in a datagram while `now` is the next tick to be done and the rack has so many `tools`.
     pub fn handle_inputs(&mut self, inputs: &Inputs, now: Tick, tools: usize) {
-        let mut end = inputs.first;
-        for (number, sample) in runs::unpack(inputs) {
+        let mut end = runs::number_near(self.next, inputs.first);
+        for (number, sample) in runs::unpack(inputs, self.next, now) {
             end = number.wrapping_add(1);
             let sample = sample.filter(|sample| match sample.tool {
                 Tool::Sphere(_) => true,

@@ -6,12 +6,12 @@
 use alloc::vec::Vec;
 
 use super::TileLayout;
-use super::coder::{Decoder, Encoder, Symbols};
 use super::models::Models;
 use super::motion::{Motion, Motions, Turned};
 use super::plane::Plane;
 use super::sweep::{Exhausted, Sweep};
 use crate::clay::{Vectors, with_vectors};
+use crate::coding::{Decoder, Encoder, Symbols};
 
 /// The memory of one end.
 #[derive(Clone, Debug)]

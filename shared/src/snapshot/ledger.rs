@@ -6,11 +6,10 @@
 use alloc::collections::BTreeMap;
 
 use super::TileLayout;
-use super::adaptive::{BitModel, KindModel};
 use super::chain::Chain;
-use super::coder::{Decoder, Symbols};
 use super::motion::Motion;
 use crate::clay::{Pot, Surface};
+use crate::coding::{BitModel, Decoder, KindModel, Symbols};
 
 /// The account of a chain of deltas, read from its first one on.
 ///

@@ -5,10 +5,8 @@
 
 use wide::{i16x8, i32x4, i32x8};
 
-use super::adaptive::{BitModel, KindModel};
-use super::coder::Symbols;
-use super::magnitude::Magnitude;
 use super::motion::PARTS;
+use crate::coding::{BitModel, KindModel, Magnitude, Symbols};
 
 /// Contexts of how far elements near by were from what was foretold of them.
 const LEVELS: usize = 12;

@@ -8,10 +8,9 @@ use alloc::vec::Vec;
 
 use wide::{i16x8, u16x8};
 
-use super::adaptive::BitModel;
-use super::coder::Symbols;
 use super::plane::Plane;
 use crate::clay::{GridShape, Phase};
+use crate::coding::{BitModel, Symbols};
 use crate::units::Tick;
 
 /// When a snapshot is taken, and how the wheel stands then.

@@ -6,12 +6,12 @@
 use alloc::vec::Vec;
 
 use super::chain::Chain;
-use super::coder::Encoder;
 use super::grid::QuantisedGrid;
 use super::models::Models;
 use super::motion::{Moment, Motion};
 use super::plane::Plane;
 use super::{Delta, Version};
+use crate::coding::Encoder;
 
 /// Grids with their versions, and the deltas that lead from one to the next.
 #[derive(Clone, Debug)]

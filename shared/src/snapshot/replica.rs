@@ -6,12 +6,12 @@
 use alloc::vec::Vec;
 
 use super::chain::Chain;
-use super::coder::{Decoder, Symbols};
 use super::grid::{self, QuantisedGrid, Quantum, round_tile, untouched_grids};
 use super::models::Models;
 use super::plane::Plane;
 use super::{Touched, Transcript, Version};
 use crate::clay::{Conditions, Pot, SubStep, Vectors, with_vectors};
+use crate::coding::{Decoder, Symbols};
 
 /// Why a snapshot message was not applied; the replica is as before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -9,11 +9,11 @@ use core::ops::Range;
 
 use wide::{i16x8, i32x8};
 
-use super::coder::Symbols;
 use super::models::{Models, Outlook, PACES, STRIP, level};
 use super::motion::{Foretold, PARTS, Turned, eight, padded_rows};
 use super::plane::Plane;
 use super::tiles::TILE_SIDE;
+use crate::coding::Symbols;
 
 /// What hints and misses are limited to, in parts of a quantum.
 const HINT_MAX: i16 = 8191;

@@ -3,15 +3,12 @@
 //! Owns the order of its symbols and the prediction of a hand's way; presses nothing itself.
 //! Invariant: what [`Transcript::decode`] makes of [`Transcript::encode`]'s bytes is what went in.
 //!
-//! A hand goes on as it went: its next place is foreseen from its last one and a smoothed velocity, and what is left is a
-//! few steps of 10 µm on each axis, coded in a context of how wrong the last one was. Who presses in a sub-step is mostly
-//! who pressed in the one before.
+//! A hand goes on as it went, and its steps are coded as movements are. Who presses in a sub-step is mostly who pressed in the
+//! one before.
 
 use alloc::vec::Vec;
 
-use super::adaptive::BitModel;
-use super::coder::{Decoder, Encoder, Symbols};
-use super::magnitude::Magnitude;
+use crate::coding::{BitModel, Decoder, Encoder, Magnitude, Movement, Signed, StepModel, Symbols};
 use crate::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample};
 use crate::units::Tick;
 
@@ -125,50 +122,13 @@ impl Transcript {
     }
 }
 
-/// Contexts by how wrong the last place was foreseen.
-const CONTEXTS: usize = 6;
-/// Sixteenths of a step in which a hand's velocity is kept.
-const VELOCITY_UNIT: i32 = 16;
-/// Share of the news in a velocity, as a power of two: 1/4.
-const VELOCITY_SHIFT: u32 = 2;
-
 /// A hand as the transcript last told of it.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     client: u16,
     last: ToolSample,
-    /// Along each axis, in sixteenths of a step a tick.
-    velocity: [i32; 3],
-    /// How wrong the last place was, in steps along each axis.
-    wrong: [u32; 3],
-}
-
-/// A number with a sign, coded as zero flag, sign and magnitude.
-#[derive(Debug)]
-struct Signed {
-    zero: [BitModel; CONTEXTS],
-    sign: BitModel,
-    magnitude: [Magnitude; CONTEXTS],
-}
-
-impl Signed {
-    const fn new() -> Self {
-        Self {
-            zero: [BitModel::EVEN; CONTEXTS],
-            sign: BitModel::EVEN,
-            magnitude: [const { Magnitude::new() }; CONTEXTS],
-        }
-    }
-
-    fn code(&mut self, symbols: &mut impl Symbols, context: usize, value: i32) -> i32 {
-        if !symbols.bit(&mut self.zero[context], value != 0) {
-            return 0;
-        }
-        let negative = symbols.bit(&mut self.sign, value < 0);
-        let magnitude = self.magnitude[context].code(symbols, value.unsigned_abs().saturating_sub(1)).min(1 << 19);
-        let magnitude = magnitude as i32 + 1;
-        if negative { -magnitude } else { magnitude }
-    }
+    moves: Movement,
+    turns: Movement,
 }
 
 /// The learned state of one transcript, for both directions.
@@ -184,9 +144,10 @@ struct Models {
     client: Magnitude,
     goes_on: BitModel,
     ticks: Signed,
-    turn: Signed,
+    turns: StepModel,
     came: BitModel,
-    step: Signed,
+    steps: StepModel,
+    back: Signed,
     place: Signed,
 }
 
@@ -202,9 +163,10 @@ impl Models {
             client: Magnitude::new(),
             goes_on: BitModel::zero_in_4096(512),
             ticks: Signed::new(),
-            turn: Signed::new(),
+            turns: StepModel::of_angles(),
             came: BitModel::EVEN,
-            step: Signed::new(),
+            steps: StepModel::of_places(),
+            back: Signed::new(),
             place: Signed::new(),
         }
     }
@@ -237,11 +199,13 @@ impl Models {
             }
         }
         let pressed = self.anew(symbols, client, given)?;
-        let velocity = pressed.before.map_or([0; 3], |before| {
-            let moved = difference(pressed.sample.centre, before.centre);
-            moved.map(|along| along.wrapping_mul(VELOCITY_UNIT))
+        let (moves, turns) = pressed.before.map_or_else(Default::default, |before| {
+            (
+                Movement::after(way(before.centre, pressed.sample.centre)),
+                Movement::after(turned(before.orientation, pressed.sample.orientation)),
+            )
         });
-        let known = Known { client, last: pressed.sample, velocity, wrong: [0; 3] };
+        let known = Known { client, last: pressed.sample, moves, turns };
         match at {
             Some(at) => self.known[at] = known,
             None => self.known.push(known),
@@ -253,25 +217,15 @@ impl Models {
     fn next(&mut self, symbols: &mut impl Symbols, at: usize, given: Option<&Pressed>) -> Option<Pressed> {
         let known = &mut self.known[at];
         let before = known.last;
-        let mut centre = [0; 3];
-        for (axis, along) in centre.iter_mut().enumerate() {
-            let last = before.centre.0[axis];
-            let rounded = known.velocity[axis].wrapping_add(VELOCITY_UNIT / 2) >> VELOCITY_UNIT.trailing_zeros();
-            let foreseen = last.wrapping_add(rounded);
-            let context = ((u32::BITS - known.wrong[axis].leading_zeros()) as usize).min(CONTEXTS - 1);
-            let wrong = given.map_or(0, |given| given.sample.centre.0[axis].wrapping_sub(foreseen));
-            let wrong = self.step.code(symbols, context, wrong);
-            *along = foreseen.wrapping_add(wrong);
-            let moved = along.wrapping_sub(last).wrapping_mul(VELOCITY_UNIT);
-            let news = moved.wrapping_sub(known.velocity[axis]) >> VELOCITY_SHIFT;
-            known.velocity[axis] = known.velocity[axis].wrapping_add(news);
-            known.wrong[axis] = (known.wrong[axis] + 2 * wrong.unsigned_abs()).div_ceil(2);
-        }
+        let moved = given.map_or([0; 3], |given| way(before.centre, given.sample.centre));
+        let moved = known.moves.step(symbols, &mut self.steps, moved);
+        let centre = core::array::from_fn(|axis| before.centre.0[axis].wrapping_add(moved[axis]));
         let mut orientation = before.orientation;
         if matches!(before.tool, Tool::Convex(_)) {
-            for (axis, angle) in orientation.0.iter_mut().enumerate() {
-                let by = given.map_or(0, |given| given.sample.orientation.0[axis].wrapping_sub(*angle));
-                *angle = angle.wrapping_add(self.turn.code(symbols, 0, i32::from(by)) as i16);
+            let by = given.map_or([0; 3], |given| turned(before.orientation, given.sample.orientation));
+            let by = known.turns.step(symbols, &mut self.turns, by);
+            for (angle, by) in orientation.0.iter_mut().zip(by) {
+                *angle = angle.wrapping_add(by as i16);
             }
         }
         let tick = Tick(before.tick.0.checked_add(1)?);
@@ -284,13 +238,13 @@ impl Models {
     /// A sample of which nothing is known.
     fn anew(&mut self, symbols: &mut impl Symbols, client: u16, given: Option<&Pressed>) -> Option<Pressed> {
         let ticks = given.map_or(0, |given| given.sample.tick.since(self.since)) as i32;
-        let tick = self.since.0.checked_add_signed(i64::from(self.ticks.code(symbols, 0, ticks)))?;
+        let tick = self.since.0.checked_add_signed(i64::from(self.ticks.code(symbols, ticks)))?;
         let (tool, orientation) = held(symbols, given)?;
         let side = given.is_some_and(|given| given.sample.side == Side::Inside);
         let side = if symbols.raw(u32::from(side), 1) == 1 { Side::Inside } else { Side::Outside };
         let mut centre = [0; 3];
         for (axis, along) in centre.iter_mut().enumerate() {
-            *along = self.place.code(symbols, 0, given.map_or(0, |given| given.sample.centre.0[axis]));
+            *along = self.place.code(symbols, given.map_or(0, |given| given.sample.centre.0[axis]));
         }
         let sample = ToolSample { tick: Tick(tick), tool, orientation, centre: Position(centre), side };
         let came_from = given.and_then(|given| given.before);
@@ -301,7 +255,7 @@ impl Models {
             let mut from = sample;
             for (axis, along) in from.centre.0.iter_mut().enumerate() {
                 let back = came_from.map_or(0, |came_from| came_from.centre.0[axis].wrapping_sub(*along));
-                *along = along.wrapping_add(self.step.code(symbols, 2, back));
+                *along = along.wrapping_add(self.back.code(symbols, back));
             }
             let came_from_orientation = came_from.map_or(orientation, |from| from.orientation);
             if matches!(tool, Tool::Convex(_)) {
@@ -341,7 +295,12 @@ fn angles(symbols: &mut impl Symbols, orientation: Orientation) -> Orientation {
     Orientation(orientation.0.map(|angle| symbols.raw(u32::from(angle as u16), 16) as u16 as i16))
 }
 
-/// How far one place is from another, in steps.
-fn difference(to: Position, from: Position) -> [i32; 3] {
+/// The way from one place to another, in steps.
+fn way(from: Position, to: Position) -> [i32; 3] {
     core::array::from_fn(|axis| to.0[axis].wrapping_sub(from.0[axis]))
+}
+
+/// By how much a tool has turned, the shorter way round.
+fn turned(from: Orientation, to: Orientation) -> [i32; 3] {
+    core::array::from_fn(|about| to.0[about].wrapping_sub(from.0[about]).into())
 }

@@ -12,7 +12,7 @@ use pottery_client::rehearsal::dice::Dice;
 use pottery_client::stroke::Stroke;
 use pottery_shared::prediction::Pending;
 use pottery_shared::protocol::{self, DATAGRAM_MAX, Upload};
-use pottery_shared::session::{Lead, pack};
+use pottery_shared::session::{Lead, Packed, pack};
 use pottery_shared::tool::{Position, Side, ToolSample};
 use pottery_shared::units::Tick;
 
@@ -195,7 +195,7 @@ impl Hand {
         };
         self.sent_at = now;
         let skip = start.wrapping_sub(oldest) as usize;
-        let (mut inputs, count) = pack(self.pending.iter().skip(skip), DATAGRAM_MAX - 16);
+        let Packed { mut inputs, count, .. } = pack(self.pending.iter().skip(skip), DATAGRAM_MAX - 16);
         let end = start.wrapping_add(count);
         inputs.rests = rests && end == newest.wrapping_add(1);
         if end.wrapping_sub(self.unsent) as i32 > 0 {

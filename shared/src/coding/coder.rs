@@ -17,7 +17,7 @@ const RANGE_BITS: u32 = 16;
 const WORD_BITS: u32 = 32;
 
 /// Both directions of the coder, so that the order of symbols is written once.
-pub(super) trait Symbols {
+pub(crate) trait Symbols {
     /// Whether what is coded is given, and not yet to be found out.
     const IS_GIVEN: bool;
 
@@ -33,7 +33,7 @@ pub(super) trait Symbols {
 
 /// Writes symbols. What it counts with is all its own, so that a processor can keep it in registers.
 #[derive(Debug)]
-pub(super) struct Encoder<'a> {
+pub(crate) struct Encoder<'a> {
     bytes: &'a mut Vec<u8>,
     /// Where the range begins; above the bits that wait, what the bytes written are still to be raised by.
     low: u64,
@@ -44,7 +44,7 @@ pub(super) struct Encoder<'a> {
 
 impl<'a> Encoder<'a> {
     /// Writes behind what `bytes` hold, which are to be none.
-    pub(super) fn new(bytes: &'a mut Vec<u8>) -> Self {
+    pub(crate) fn new(bytes: &'a mut Vec<u8>) -> Self {
         debug_assert!(bytes.is_empty());
         bytes.reserve(1024);
         Self { bytes, low: 0, range: u16::MAX.into(), waiting: 0 }
@@ -75,7 +75,7 @@ impl<'a> Encoder<'a> {
     }
 
     /// Writes what is left.
-    pub(super) fn finish(mut self) {
+    pub(crate) fn finish(mut self) {
         // of all numbers that say the same, the one with most zeros at its end
         for zeros in (0..=RANGE_BITS).rev() {
             let rounded = (self.low | ((1 << zeros) - 1)).wrapping_add(1) & !((1 << zeros) - 1);
@@ -147,7 +147,7 @@ impl Symbols for Encoder<'_> {
 
 /// Reads symbols.
 #[derive(Debug)]
-pub(super) struct Decoder<'a> {
+pub(crate) struct Decoder<'a> {
     bytes: &'a [u8],
     /// Bytes that were taken, those behind the end with them.
     at: usize,
@@ -159,7 +159,7 @@ pub(super) struct Decoder<'a> {
 }
 
 impl<'a> Decoder<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         let mut decoder = Self { bytes, at: 0, window: 0, range: u16::MAX.into(), held: 0 };
         decoder.window = u64::from(decoder.word()) << WORD_BITS;
         decoder.held = WORD_BITS - RANGE_BITS;
@@ -182,7 +182,7 @@ impl<'a> Decoder<'a> {
     }
 
     /// Whether bytes are left that no symbol has asked for.
-    pub(super) const fn has_rest(&self) -> bool {
+    pub(crate) const fn has_rest(&self) -> bool {
         self.asked() < self.bytes.len()
     }
 

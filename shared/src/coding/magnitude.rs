@@ -11,18 +11,18 @@ const PREFIXES: usize = 20;
 
 /// Adaptive Exp-Golomb code of a number from zero up.
 #[derive(Clone, Debug)]
-pub(super) struct Magnitude {
+pub(crate) struct Magnitude {
     prefix: [BitModel; PREFIXES],
     first_suffix: [BitModel; PREFIXES],
 }
 
 impl Magnitude {
-    pub(super) const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { prefix: [BitModel::EVEN; PREFIXES], first_suffix: [BitModel::EVEN; PREFIXES] }
     }
 
     #[inline(always)]
-    pub(super) fn code(&mut self, symbols: &mut impl Symbols, value: u32) -> u32 {
+    pub(crate) fn code(&mut self, symbols: &mut impl Symbols, value: u32) -> u32 {
         let bits = u32::BITS - (value.wrapping_add(1) | 1).leading_zeros() - 1;
         let mut length = 0;
         while (length as usize) < PREFIXES - 1 && symbols.bit(&mut self.prefix[length as usize], bits > length) {
@@ -38,7 +38,7 @@ impl Magnitude {
     }
 
     /// Everything it has learned.
-    pub(super) fn models(&mut self) -> [&mut [BitModel]; 2] {
+    pub(crate) fn models(&mut self) -> [&mut [BitModel]; 2] {
         [&mut self.prefix, &mut self.first_suffix]
     }
 }

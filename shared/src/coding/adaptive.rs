@@ -10,27 +10,27 @@ use super::magnitude::Magnitude;
 
 /// Learned probability that a bit is zero, in 2⁻¹⁶.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct BitModel {
+pub(crate) struct BitModel {
     zero: u16,
     /// Bits seen, as far as they change how fast it learns.
     seen: u8,
 }
 
 impl BitModel {
-    pub(super) const EVEN: Self = Self { zero: 1 << 15, seen: 0 };
+    pub(crate) const EVEN: Self = Self { zero: 1 << 15, seen: 0 };
     /// It learns by 2⁻¹ from the first bit, by 2⁻² from the second and so on down to this.
     const SLOWEST: u8 = 6;
     /// Where learning by 2⁻⁶ comes to rest: both bits stay possible.
     const LEAST: u16 = 63;
 
     /// Starts from a known share of zeros.
-    pub(super) const fn zero_in_4096(zero: u16) -> Self {
+    pub(crate) const fn zero_in_4096(zero: u16) -> Self {
         Self { zero: zero << 4, seen: 1 }
     }
 
     /// Learns without a branch.
     #[inline(always)]
-    pub(super) const fn learn(&mut self, bit: bool) {
+    pub(crate) const fn learn(&mut self, bit: bool) {
         if self.seen < Self::SLOWEST {
             self.seen += 1;
         }
@@ -42,12 +42,12 @@ impl BitModel {
 
     /// Part of a `range` of sixteen bits that stands for a zero.
     #[inline(always)]
-    pub(super) const fn bound(self, range: u32) -> u32 {
+    pub(crate) const fn bound(self, range: u32) -> u32 {
         (range * self.zero as u32) >> 16
     }
 
     /// Codes what it has learned, so that another can go on from there; `is_slowest` learns whether models have seen all that matters.
-    pub(super) fn code_state(&mut self, symbols: &mut impl Symbols, is_slowest: &mut Self) {
+    pub(crate) fn code_state(&mut self, symbols: &mut impl Symbols, is_slowest: &mut Self) {
         let zero = symbols.raw(u32::from(self.zero), 16) as u16;
         self.zero = zero.clamp(Self::LEAST, u16::MAX - Self::LEAST);
         if symbols.bit(is_slowest, self.seen == Self::SLOWEST) {
@@ -64,7 +64,7 @@ impl BitModel {
 /// from its own on towards one, those before it towards zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C, align(16))]
-pub(super) struct KindModel {
+pub(crate) struct KindModel {
     /// Symbols seen and four more, as far as they change how fast it learns.
     seen: u32,
     /// Nothing in the last: where the sums begin.
@@ -75,7 +75,7 @@ pub(super) struct KindModel {
 
 impl KindModel {
     /// Symbols.
-    pub(super) const KINDS: usize = 16;
+    pub(crate) const KINDS: usize = 16;
     /// Part of any range that each symbol has at least.
     const LEAST: u32 = 4;
     const FIRST_SEEN: u32 = 4;
@@ -103,7 +103,7 @@ impl KindModel {
     };
 
     /// All are as likely.
-    pub(super) const fn even() -> Self {
+    pub(crate) const fn even() -> Self {
         let mut sums = [u16::MAX; Self::KINDS];
         let mut at = 0;
         while at < Self::KINDS - 1 {
@@ -121,7 +121,7 @@ impl KindModel {
 
     /// Where the part of a `range` that stands for a symbol begins and ends.
     #[inline(always)]
-    pub(super) fn part(&self, range: u32, kind: usize) -> (u32, u32) {
+    pub(crate) fn part(&self, range: u32, kind: usize) -> (u32, u32) {
         let shared = range - Self::KINDS as u32 * Self::LEAST;
         let bound = |sum: u16, symbols: usize| ((shared * u32::from(sum)) >> 16) + Self::LEAST * symbols as u32;
         let sum_before = if kind == 0 { 0 } else { self.sums[kind - 1] };
@@ -130,7 +130,7 @@ impl KindModel {
 
     /// The symbol for which a `code` within a `range` stands, and where its part begins and ends.
     #[inline(always)]
-    pub(super) fn find(&self, range: u32, code: u32) -> (usize, u32, u32) {
+    pub(crate) fn find(&self, range: u32, code: u32) -> (usize, u32, u32) {
         let shared = u16x8::splat((range - Self::KINDS as u32 * Self::LEAST) as u16);
         let code = u16x8::splat(code as u16);
         let [low, high] = self.halves();
@@ -149,7 +149,7 @@ impl KindModel {
     }
 
     #[inline(always)]
-    pub(super) fn learn(&mut self, kind: usize) {
+    pub(crate) fn learn(&mut self, kind: usize) {
         let from: &[u16; Self::KINDS] =
             Self::FROM[Self::KINDS - kind..].first_chunk().expect("there are as many lanes behind the middle");
         let (from, _) = from.as_chunks();
@@ -166,7 +166,7 @@ impl KindModel {
     }
 
     /// Codes what it has learned, as [`BitModel::code_state`]; `steps` learn how likely symbols are.
-    pub(super) fn code_state(
+    pub(crate) fn code_state(
         &mut self,
         symbols: &mut impl Symbols,
         is_slowest: &mut BitModel,
