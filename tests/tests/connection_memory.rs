@@ -16,7 +16,7 @@ use pottery_client::view::Link;
 use pottery_client::{HapticLoop, Seat};
 use pottery_server::{CONNECTION_BYTES_MAX, ServerConfig};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
-use pottery_shared::protocol::{self, Inputs, Request, Run, ShapeWire, Steps, Upload};
+use pottery_shared::protocol::{self, Inputs, Request, Run, ShapeWire, Upload};
 use pottery_shared::session::Client;
 use pottery_shared::tool::Tool;
 use pottery_tests::allocations::{Counting, held_bytes};
@@ -119,14 +119,14 @@ impl Hostile {
             }
             Malice::Floods => {
                 let run = Run {
-                    first_tick: tick + 1_000,
+                    first_tick: (tick + 1_000) as u16,
                     tool: ShapeWire::Sphere { radius_um: 12_000 },
                     inside: false,
                     start: [20_000, 0, 10_000],
-                    steps: Steps(vec![[0; 3]; 400]),
-                    turns: Steps::default(),
+                    steps: vec![[0; 3]; 400],
+                    turns: Vec::new(),
                 };
-                let inputs = Inputs { first: self.sent.wrapping_mul(30), runs: vec![run], rests: true };
+                let inputs = Inputs { first: self.sent.wrapping_mul(30) as u16, runs: vec![run], rests: true };
                 let upload = protocol::encode(&Upload { inputs, hand: None, again: None });
                 for _ in 0..4 {
                     drop(self.connection.send_datagram(upload.clone().into()));

@@ -8,7 +8,7 @@ use glam::Vec3;
 use pottery_shared::clay::{
     Contact, Footprint, Material, Method, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface,
 };
-use pottery_shared::protocol::{self, FrameReader, Inputs, Pulse, Run, ShapeWire, Steps, Upload};
+use pottery_shared::protocol::{self, FrameReader, Inputs, Pulse, Run, ShapeWire, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::Client;
 use pottery_shared::snapshot::{Author, Moment, Touched, Version};
@@ -127,14 +127,14 @@ fn tool_that_rests_is_seen_and_costs_as_little_as_none() {
         if has_moved || tick.is_multiple_of(250) {
             let place = [10_000, if has_moved { (tick - 2999) as i32 } else { 0 }, 10_000];
             let run = Run {
-                first_tick: tick + 6,
+                first_tick: (tick + 6) as u16,
                 tool: ShapeWire::Sphere { radius_um: Sphere::default().micrometres() },
                 inside: false,
                 start: place,
-                steps: Steps::default(),
-                turns: Steps::default(),
+                steps: Vec::new(),
+                turns: Vec::new(),
             };
-            let number = if has_moved { 12 + tick - 3000 } else { tick / 250 } as u32;
+            let number = if has_moved { 12 + tick - 3000 } else { tick / 250 } as u16;
             let inputs = Inputs { first: number, runs: vec![run], rests: false };
             let upload = Upload { inputs, hand: None, again: None };
             room.handle_datagram(PeerId(1), &protocol::encode(&upload));

@@ -64,7 +64,7 @@ fn slacks(seed: u64, quality: Quality, fast_ppm: i64, until_ms: u64) -> Slacks {
     let mut client = Client::open(&welcome[2..], 0, (quality.latency + quality.jitter / 2) * 2).unwrap();
     let (mut up, mut down) = (Line::new(quality, Dice::new(seed)), Line::new(quality, Dice::new(seed + 1000)));
     let mut parcels: BTreeMap<(Duration, u64), Parcel> = BTreeMap::new();
-    let (mut sent, mut next, mut local) = (0_u64, 0_u32, 0_u64);
+    let (mut sent, mut next, mut local) = (0_u64, 0_u16, 0_u64);
     let mut slacks = Slacks { ticks: Vec::new(), moved: 0 };
     for now in 0..until_ms {
         let time = Duration::from_millis(now);
@@ -74,13 +74,15 @@ fn slacks(seed: u64, quality: Quality, fast_ppm: i64, until_ms: u64) -> Slacks {
                 Parcel::Up(bytes) => {
                     let Upload { inputs, .. } =
                         protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
-                    let ticks =
-                        inputs.runs.iter().flat_map(|run| (0..=run.steps.len() as u64).map(|at| run.first_tick + at));
-                    for (number, tick) in (inputs.first..).zip(ticks) {
-                        if number == next {
-                            next += 1;
+                    let ticks = inputs.runs.iter().flat_map(|run| {
+                        let first = Tick(now).nearest(run.first_tick);
+                        (0..=run.steps.len() as i64).map(move |at| first.offset(at))
+                    });
+                    for (number, tick) in (0_u16..).zip(ticks) {
+                        if inputs.first.wrapping_add(number) == next {
+                            next = next.wrapping_add(1);
                             if now > SETTLED_MS {
-                                slacks.ticks.push(tick as i64 - room.now().0 as i64);
+                                slacks.ticks.push(tick.since(room.now()));
                             }
                         }
                     }

@@ -17,10 +17,13 @@ const CONTEXTS: usize = 6;
 const FORESEEN: [u16; CONTEXTS] = [3277, 2458, 2048, 1638, 1024, 410];
 /// Share of misses towards the nearer of the two other steps, where the velocity stands nearer to it than a quarter of a step.
 const TOWARDS: u16 = 3072;
+/// Share of the news in a velocity, as a power of two, and in how it changes.
+const NEWS: u32 = 2;
+const NEWS_OF_CHANGE: u32 = 3;
 /// Parts of a step in which a velocity is kept.
 const UNIT: i32 = 64;
-/// Largest step along an axis, so that no velocity is too large to count with.
-const STEP_MAX: i32 = 1 << 20;
+/// Largest velocity, and change of one, so that none is too large to count with: a million steps.
+const VELOCITY_MAX: i32 = UNIT << 20;
 
 /// A number with a sign, coded as zero flag, sign and magnitude.
 #[derive(Debug)]
@@ -56,8 +59,8 @@ const fn signed(negative: bool, magnitude: i32) -> i32 {
 /// What a coder has learned of steps.
 #[derive(Debug)]
 pub(crate) struct StepModel {
-    /// Share of the news in a velocity, as a power of two.
-    shift: u32,
+    /// Whether the velocity is foretold to go on changing as it did.
+    bends: bool,
     /// By how wrong the last steps were, and whether the velocity stands near the middle between two.
     foreseen: [[BitModel; 2]; CONTEXTS],
     towards: [BitModel; 2],
@@ -65,17 +68,17 @@ pub(crate) struct StepModel {
 }
 
 impl StepModel {
-    /// Of a hand's place: a quarter of the velocity is news.
+    /// Of a hand's place.
     pub(crate) const fn of_places() -> Self {
-        Self::new(2)
+        Self::new(false)
     }
 
-    /// Of a tool's angles, which change their pace sooner, measured in the steps in which they are told: half of it.
+    /// Of a tool's angles, which change their pace sooner, measured in the steps in which they are told.
     pub(crate) const fn of_angles() -> Self {
-        Self::new(1)
+        Self::new(true)
     }
 
-    const fn new(shift: u32) -> Self {
+    const fn new(bends: bool) -> Self {
         let mut foreseen = [[BitModel::EVEN; 2]; CONTEXTS];
         let mut context = 0;
         while context < CONTEXTS {
@@ -83,7 +86,7 @@ impl StepModel {
             context += 1;
         }
         Self {
-            shift,
+            bends,
             foreseen,
             towards: [BitModel::EVEN, BitModel::zero_in_4096(TOWARDS)],
             magnitude: [const { Magnitude::new() }; CONTEXTS],
@@ -101,8 +104,10 @@ pub(crate) struct Movement {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
-    /// In 64ths of a step a tick.
+    /// What is foretold of the next step, in 64ths of a step a tick.
     velocity: i32,
+    /// How it changes from tick to tick.
+    change: i32,
     /// How wrong the last steps were, in steps.
     wrong: u32,
 }
@@ -111,7 +116,7 @@ impl Movement {
     /// One of which a step is known.
     pub(crate) fn after(step: [i32; 3]) -> Self {
         let mut movement = Self::default();
-        movement.learn(step, [0; 3], 0);
+        movement.learn(step, [0; 3], false);
         movement
     }
 
@@ -133,18 +138,23 @@ impl Movement {
             missed[at] = found;
             coded[at] = foreseen + found;
         }
-        self.learn(coded, missed, model.shift);
+        self.learn(coded, missed, model.bends);
         coded
     }
 
-    fn learn(&mut self, step: [i32; 3], missed: [i32; 3], shift: u32) {
+    fn learn(&mut self, step: [i32; 3], missed: [i32; 3], bends: bool) {
         // the mean of the first, as far as halves and quarters go
-        let shift = shift.min(self.seen.div_ceil(2));
-        self.seen = (self.seen + 1).min(8);
+        let shift = NEWS.min(self.seen.div_ceil(2));
         for ((axis, step), missed) in self.axes.iter_mut().zip(step).zip(missed) {
-            let moved = step.clamp(-STEP_MAX, STEP_MAX) * UNIT;
-            axis.velocity += (moved - axis.velocity) >> shift;
+            let moved = step.saturating_mul(UNIT).clamp(-VELOCITY_MAX, VELOCITY_MAX);
+            let news = moved - axis.velocity;
+            if bends && self.seen > 0 {
+                axis.change = (axis.change + (news >> NEWS_OF_CHANGE)).clamp(-VELOCITY_MAX, VELOCITY_MAX);
+            }
+            let velocity = axis.velocity + (news >> shift) + axis.change;
+            axis.velocity = velocity.clamp(-VELOCITY_MAX, VELOCITY_MAX);
             axis.wrong = (axis.wrong + 2 * missed.unsigned_abs()).div_ceil(2);
         }
+        self.seen = (self.seen + 1).min(8);
     }
 }

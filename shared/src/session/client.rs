@@ -91,6 +91,8 @@ pub struct Client {
 impl Client {
     /// Silence about own samples after which everything unacknowledged is sent again.
     const REPEAT_AFTER: Duration = Duration::from_millis(150);
+    /// How much longer than a round trip an answer may take until everything is said again another time.
+    const REPEAT_MORE: Duration = Duration::from_millis(50);
     /// How long, and how often, a hand's last samples are said again when no others follow that would carry them: a burst of losses
     /// ends, and who waits for an answer waits a way and back.
     const LAST_FOR: Duration = Duration::from_millis(100);
@@ -490,7 +492,8 @@ impl Client {
         let inputs = self.poll_inputs(now, rests);
         let (hand, again) = (self.hand.take(), self.again(now));
         let asks = again.is_some() && now.saturating_sub(self.asked_at) >= Self::AGAIN_EVERY;
-        let nothing = || (hand.is_some() || asks).then(|| Inputs { first: self.unsent, runs: Vec::new(), rests });
+        let nothing =
+            || (hand.is_some() || asks).then(|| Inputs { first: self.unsent as u16, runs: Vec::new(), rests });
         let inputs = inputs.or_else(nothing)?;
         if again.is_some() {
             self.asked_at = now;
@@ -501,7 +504,9 @@ impl Client {
     fn poll_inputs(&mut self, now: Duration, rests: bool) -> Option<Inputs> {
         let pending = self.predictor.pending();
         let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
-        let silent_since = self.progress_at.max(self.repeated_at);
+        // an answer to what was said again takes a round trip
+        let is_silent = now.saturating_sub(self.progress_at) >= Self::REPEAT_AFTER
+            && now.saturating_sub(self.repeated_at) >= Self::REPEAT_AFTER.max(self.round_trip + Self::REPEAT_MORE);
         let anything_unsent = (newest.wrapping_sub(self.unsent) as i32) >= 0;
         if anything_unsent {
             self.news_sent_at = now;
@@ -509,7 +514,7 @@ impl Client {
         let is_last = now.saturating_sub(self.news_sent_at) <= Self::LAST_FOR
             && now.saturating_sub(self.sent_at) >= Self::LAST_EVERY;
         let mut again = 0;
-        let mut start = if now.saturating_sub(silent_since) >= Self::REPEAT_AFTER {
+        let mut start = if is_silent {
             self.repeated_at = now;
             self.redundancy.handle_silence(now);
             // the server waits for what is missing, so all that follows was in vain too

@@ -21,8 +21,8 @@ impl Redundancy {
     /// Samples on one that loses much: ten.
     const MANY: u32 = 100;
     /// Bytes of samples beyond which fewer are said again, so that a hand sends no more than 60 kbit/s over any line: a sphere's
-    /// never are so long, a tool's that turns says 40 again.
-    pub(super) const BYTES: usize = 70;
+    /// never are so long, a tool's that turns says some 30 again.
+    pub(super) const BYTES: usize = 64;
     /// How long a line counts as one that loses much.
     const LOSSY: Duration = Duration::from_secs(10);
 
