@@ -31,6 +31,8 @@ const CONNECTION: usize = 256 * 1024;
 ///
 /// A wheel whose grid is so fine that its keyframe is longer than 128 kB makes that one keyframe more, at most
 /// [`pottery_shared::protocol::KEYFRAME_MAX`]. What is told to all, and what a wheel remembers of its clay, is held once and not for each connection.
+/// Whoever works is a hand at a wheel: for each of those that press at once beyond the second it sets aside 128 bytes an element, which are in memory as
+/// far as they are pressed with.
 pub const CONNECTION_BYTES_MAX: usize = STREAMS_RECEIVED
     + STREAMS_SENT
     + DATAGRAMS_RECEIVED
