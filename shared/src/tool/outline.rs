@@ -239,8 +239,24 @@ impl<'a, S: Simd> Slices<'a, S> {
         let above = sides.map(|side| u32::from(tool.twin(side)));
         let (middle, begun) = (outline.middle(), meet(&ends));
         outline.note(middle, begun, self.rows_below(begun[1]), u32x8::load_array(simd, above));
-        let up = self.go::<true>(above, ends, walks, outline);
-        let down = self.go::<false>(sides.map(u32::from), ends, walks, outline);
+        let mut up = Going::new(simd, above, ends, begun, walks);
+        let mut down = Going::new(simd, sides.map(u32::from), ends, begun, walks);
+        // both at once, since each waits for its own last step
+        let mut step = 0;
+        while step < middle && (step == 0 || (up.goes() && down.goes())) {
+            step += 1;
+            self.go::<true>(&mut up, step, outline);
+            self.go::<false>(&mut down, step, outline);
+        }
+        for step in step + 1..=middle {
+            if up.goes() {
+                self.go::<true>(&mut up, step, outline);
+            } else if down.goes() {
+                self.go::<false>(&mut down, step, outline);
+            } else {
+                break;
+            }
+        }
         let slack = splat(simd, self.slack_rows);
         let extends = (up.outermost - begun[1]).simd_gt(slack) | (begun[1] - down.outermost).simd_gt(slack);
         let extends = (extends & walks).to_bitmask();
@@ -252,64 +268,45 @@ impl<'a, S: Simd> Slices<'a, S> {
         })
     }
 
-    /// Goes from crossed sides to the next ones, up or down in all half-planes, until nothing more is wanted of any.
+    /// Goes on to the next sides, up or down, in all half-planes of which anything more is wanted.
     #[inline(always)]
-    fn go<const UP: bool>(
-        &self,
-        mut at: [u32; LANES],
-        ends: [Seen<S>; 2],
-        mut walks: mask32x8<S>,
-        outline: &mut Outline,
-    ) -> Gone<S> {
+    fn go<const UP: bool>(&self, going: &mut Going<S>, step: usize, outline: &mut Outline) {
         let simd = self.simd;
-        let first = u32x8::load_array(simd, at);
-        let [mut before, mut behind] = ends;
-        let [mut radius_m, mut height] = meet(&ends);
-        let (mut nearest_m, mut outermost) = (radius_m, height);
-        let mut places = i32x8::splat(simd, 0);
-        let rise_min = splat(simd, RISE_MIN * self.rows);
-        let middle = outline.middle();
-        for step in 1..=outline.middle() {
-            let entered = at;
-            let (apex, onward) = self.see(
-                #[inline(always)]
-                |lane| entered[lane],
-            );
-            // the apex takes the place of the end on its own side
-            let aside = apex[0].simd_gt(splat(simd, 0.0));
-            for axis in 0..3 {
-                before[axis] = aside.select(before[axis], apex[axis]);
-                behind[axis] = aside.select(apex[axis], behind[axis]);
-            }
-            let (to_before, to_behind) = (onward & u32x8::splat(simd, 0xffff), onward >> 16);
-            let next = if UP { aside.select(to_behind, to_before) } else { aside.select(to_before, to_behind) };
-            let met = meet(&[before, behind]);
-            let rise = if UP { met[1] - height } else { height - met[1] };
-            let gain_m = if UP { met[0] - radius_m } else { radius_m - met[0] };
-            let slope_m = gain_m / rise.max(rise_min);
-            let place = if UP { middle + step } else { middle - step };
-            outline.note(place, met, self.rows_below(met[1]), if UP { next } else { u32x8::load_array(simd, entered) });
-            outline.incline(if UP { place - 1 } else { place }, slope_m);
-            places -= walks.to_vector();
-            // where it ended it stays
-            radius_m = walks.select(met[0], radius_m);
-            height = walks.select(met[1], height);
-            nearest_m = nearest_m.min(radius_m);
-            outermost = if UP { outermost.max(height) } else { outermost.min(height) };
-            let has_turned = if UP {
-                height.simd_lt(outermost - self.slack_rows)
-            } else {
-                height.simd_gt(outermost + self.slack_rows)
-            };
-            // once it recedes it goes on receding
-            let has_left = radius_m.simd_gt((nearest_m + SLACK_M).max(splat(simd, self.reach_m)));
-            walks &= !(has_turned | has_left | next.simd_eq(first));
-            if !walks.any_true() {
-                break;
-            }
-            at = next.to_array();
+        let entered = going.at;
+        let (apex, onward) = self.see(
+            #[inline(always)]
+            |lane| entered[lane],
+        );
+        // the apex takes the place of the end on its own side
+        let aside = apex[0].simd_gt(splat(simd, 0.0));
+        for axis in 0..3 {
+            going.before[axis] = aside.select(going.before[axis], apex[axis]);
+            going.behind[axis] = aside.select(apex[axis], going.behind[axis]);
         }
-        Gone { places, nearest_m, outermost }
+        let (to_before, to_behind) = (onward & u32x8::splat(simd, 0xffff), onward >> 16);
+        let next = if UP { aside.select(to_behind, to_before) } else { aside.select(to_before, to_behind) };
+        let met = meet(&[going.before, going.behind]);
+        let rise = if UP { met[1] - going.height } else { going.height - met[1] };
+        let gain_m = if UP { met[0] - going.radius_m } else { going.radius_m - met[0] };
+        let slope_m = gain_m / rise.max(splat(simd, RISE_MIN * self.rows));
+        let place = if UP { outline.middle() + step } else { outline.middle() - step };
+        outline.note(place, met, self.rows_below(met[1]), if UP { next } else { u32x8::load_array(simd, entered) });
+        outline.incline(if UP { place - 1 } else { place }, slope_m);
+        going.places -= going.walks.to_vector();
+        // where it ended it stays
+        going.radius_m = going.walks.select(met[0], going.radius_m);
+        going.height = going.walks.select(met[1], going.height);
+        going.nearest_m = going.nearest_m.min(going.radius_m);
+        going.outermost = if UP { going.outermost.max(going.height) } else { going.outermost.min(going.height) };
+        let has_turned = if UP {
+            going.height.simd_lt(going.outermost - self.slack_rows)
+        } else {
+            going.height.simd_gt(going.outermost + self.slack_rows)
+        };
+        // once it recedes it goes on receding
+        let has_left = going.radius_m.simd_gt((going.nearest_m + SLACK_M).max(splat(simd, self.reach_m)));
+        going.walks &= !(has_turned | has_left | next.simd_eq(going.first));
+        going.at = next.to_array();
     }
 
     /// Numbers of rows whose height is below each `height`, or at it, from none to all; without a call to round.
@@ -457,11 +454,51 @@ pub(super) struct Way {
     pub(super) nearest_m: f32,
 }
 
-/// How far a walk went: the number of places, the least radius, m, and the highest (lowest) place, in rows.
-struct Gone<S: Simd> {
+/// A walk up or down in eight half-planes.
+struct Going<S: Simd> {
+    /// The sides through which facets are entered next, and those at which it began.
+    at: [u32; LANES],
+    first: u32x8<S>,
+    /// Ends of the sides crossed last, at s ≤ 0 and beyond, and where those cross.
+    before: Seen<S>,
+    behind: Seen<S>,
+    radius_m: f32x8<S>,
+    height: f32x8<S>,
+    /// How far it went: the number of places, the least radius, m, and the highest (lowest) place, in rows.
     places: i32x8<S>,
     nearest_m: f32x8<S>,
     outermost: f32x8<S>,
+    /// Where anything more is wanted.
+    walks: mask32x8<S>,
+}
+
+impl<S: Simd> Going<S> {
+    #[inline(always)]
+    fn new(
+        simd: S,
+        at: [u32; LANES],
+        [before, behind]: [Seen<S>; 2],
+        [radius_m, height]: [f32x8<S>; 2],
+        walks: mask32x8<S>,
+    ) -> Self {
+        Self {
+            at,
+            first: u32x8::load_array(simd, at),
+            before,
+            behind,
+            radius_m,
+            height,
+            places: i32x8::splat(simd, 0),
+            nearest_m: radius_m,
+            outermost: height,
+            walks,
+        }
+    }
+
+    #[inline(always)]
+    fn goes(&self) -> bool {
+        self.walks.any_true()
+    }
 }
 
 /// Radius and height where sides cross their planes: always from their ends at s ≤ 0, so that the same side gives the same point.
