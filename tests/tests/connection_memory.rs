@@ -121,17 +121,20 @@ impl Hostile {
             }
             Malice::Works | Malice::Floods => {
                 let floods = self.malice == Malice::Floods;
-                let (ahead, samples, numbers, times) = if floods { (1_000, 401, 30, 4) } else { (20, 1, 1, 1) };
+                let number = self.sent - 1;
+                // people say their last samples again
+                let again = if floods { 0 } else { number.min(40) };
+                let (ahead, samples, first, times) =
+                    if floods { (1_000, 401, 30 * number, 4) } else { (20, again + 1, number - again, 1) };
                 let run = Run {
-                    first_tick: (tick + ahead) as u16,
+                    first_tick: (tick + ahead - u64::from(again)) as u16,
                     tool: ShapeWire::Sphere { radius_um: 12_000 },
                     inside: false,
                     start: [20_000, 0, 10_000],
-                    steps: vec![[0; 3]; samples - 1],
+                    steps: vec![[0; 3]; samples as usize - 1],
                     turns: Vec::new(),
                 };
-                let inputs =
-                    Inputs { first: (self.sent - 1).wrapping_mul(numbers) as u16, runs: vec![run], rests: true };
+                let inputs = Inputs { first: first as u16, runs: vec![run], rests: true };
                 let upload = protocol::encode(&Upload { inputs, hand: None, again: None });
                 for _ in 0..times {
                     drop(self.connection.send_datagram(upload.clone().into()));
