@@ -67,13 +67,18 @@ fn look(display: &Display, target: &Target, arguments: &[&str]) -> Child {
     studio
 }
 
-fn ended(mut studio: Child) -> bool {
-    let deadline = Instant::now() + PATIENCE;
+/// Whether a studio that was told to close ends well; told again after a while, since the server of a display that is busy loses keys.
+fn ended(display: &Display, mut studio: Child) -> bool {
+    let (mut told, deadline) = (Instant::now(), Instant::now() + PATIENCE);
     loop {
         if let Some(status) = studio.try_wait().unwrap() {
             return status.success();
         }
         assert!(Instant::now() < deadline, "the studio does not close");
+        if told.elapsed() > PATIENCE / 6 {
+            display.run("xdotool", &["key", "Escape"]);
+            told = Instant::now();
+        }
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -113,7 +118,7 @@ fn a_class_is_seen_at_a_glance_and_the_wheel_that_is_clicked_on_closely() {
         clay(pixels, MIDDLE) < 1000 && PARTS.iter().all(|part| clay(pixels, *part) > 3000)
     });
     display.run("xdotool", &["key", "Escape"]);
-    assert!(ended(studio));
+    assert!(ended(&display, studio));
     runtime.block_on(async {
         potter.leave().await.unwrap();
         server.stop().await;
@@ -139,7 +144,7 @@ fn a_wheel_that_there_is_not_is_refused_and_one_that_there_is_is_shown_alone() {
     let studio = look(&display, &target, &["spectator", "--wheel", "2"]);
     until(&display, "wheel 2", |pixels| clay(pixels, [450, 300, 100, 100]) > 6000);
     display.run("xdotool", &["key", "Escape"]);
-    assert!(ended(studio));
+    assert!(ended(&display, studio));
     runtime.block_on(server.stop());
 }
 
@@ -168,7 +173,7 @@ fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_i
             std::thread::sleep(Duration::from_millis(50));
         }
         close(display);
-        assert!(ended(studio), "{arguments:?}");
+        assert!(ended(display, studio), "{arguments:?}");
     }
     runtime.block_on(first.stop());
     let second = start(listen);
@@ -180,7 +185,7 @@ fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_i
         assert_eq!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: forgotten without a word");
         let studio = display.studio(&[arguments, &["--trust-new-key"]].concat());
         close(display);
-        assert!(ended(studio), "{arguments:?}");
+        assert!(ended(display, studio), "{arguments:?}");
         assert_ne!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: the new key is not kept");
     }
     runtime.block_on(second.stop());
@@ -259,7 +264,7 @@ fn who_looks_on_sees_how_far_every_pot_is_from_what_it_is_to_become_and_a_teache
     assert!(says(&opened[1].1).contains(&name) && !says(&opened[0].1).contains(&name), "names are for the teacher");
     for (display, (studio, _)) in displays.iter().zip(opened) {
         display.run("xdotool", &["key", "Escape"]);
-        assert!(ended(studio));
+        assert!(ended(display, studio));
     }
     runtime.block_on(async {
         drop((teacher.leave().await.unwrap(), student.leave().await.unwrap()));

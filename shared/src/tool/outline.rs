@@ -279,9 +279,8 @@ impl<'a, S: Simd> Slices<'a, S> {
         );
         // the apex takes the place of the end on its own side
         let aside = apex[0].simd_gt(splat(simd, 0.0));
-        for axis in 0..3 {
-            going.before[axis] = aside.select(going.before[axis], apex[axis]);
-            going.behind[axis] = aside.select(apex[axis], going.behind[axis]);
+        for ((before, behind), apex) in going.before.iter_mut().zip(&mut going.behind).zip(&apex) {
+            (*before, *behind) = (aside.select(*before, *apex), aside.select(*apex, *behind));
         }
         let (to_before, to_behind) = (onward & u32x8::splat(simd, 0xffff), onward >> 16);
         let next = if UP { aside.select(to_behind, to_before) } else { aside.select(to_before, to_behind) };
