@@ -31,7 +31,7 @@ const BLURRED: usize = 10;
 const MEAN_MAX: f64 = 0.5;
 /// Most colours of pixels, of two million, in which a window at rest differs from itself: clay gives way for ever more slowly under a tool that is
 /// held, and 13 were seen to come and go half a minute long.
-const EDGES_MAX: usize = 50;
+const EDGES_MAX: usize = 30;
 /// And while something moves, when a busy machine draws half of the pixels each way: that is up to 0.87.
 const MOVING_MEAN_MAX: f64 = 1.5;
 /// Largest share of squares that may differ by more than [`FAR`] in any colour: up to 0.13 % were seen, at the edges of what was
@@ -127,20 +127,23 @@ enum Comes {
     Alive,
 }
 
-/// The window once it stands still: twice the same but for its figures and a few edges under a tool that is held, as far apart as several
-/// looks at rest on a busy machine.
+/// The window once it stands still: three times the same but for its figures and a few edges under a tool that is held, as far apart as
+/// several looks at rest on a busy machine.
 fn at_rest(display: &Display) -> Vec<u8> {
     let deadline = Instant::now() + PATIENCE;
-    let mut before = display.pixels();
+    let (mut first, mut same) = (display.pixels(), 0);
     loop {
         std::thread::sleep(Duration::from_millis(2500));
         let now = display.pixels();
         let above = FIGURES[1] * SIZE.0 * 3;
-        let differing = before[..above].iter().zip(&now[..above]).filter(|(before, now)| before != now).count();
-        if differing <= EDGES_MAX || Instant::now() > deadline {
+        let differing = first[..above].iter().zip(&now[..above]).filter(|(first, now)| first != now).count();
+        same = if differing <= EDGES_MAX { same + 1 } else { 0 };
+        if same == 2 || Instant::now() > deadline {
             return kept(&now);
         }
-        before = now;
+        if same == 0 {
+            first = now;
+        }
     }
 }
 

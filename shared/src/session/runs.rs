@@ -50,7 +50,7 @@ pub struct Packed {
     pub bytes: usize,
 }
 
-/// Packs as many of the samples, from the first on, as fit into about `bytes_max` bytes; of no more than [`SAMPLES_MAX`].
+/// Packs as many of the samples, from the first on, as fit into about `bytes_max` bytes; of no more than 1024.
 #[must_use]
 pub fn pack<'a>(samples: impl Iterator<Item = &'a Pending> + Clone, bytes_max: usize) -> Packed {
     let mut most = SAMPLES_MAX;
