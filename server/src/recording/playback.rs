@@ -79,6 +79,23 @@ impl<R: Read + Seek> Playback<R> {
         }
     }
 
+    /// Goes through one entry; which, or `None` behind the last one.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn step(&mut self) -> Result<Option<(Tick, Happening)>, RecordingError> {
+        loop {
+            if let Some((tick, what)) = self.waiting.pop_front() {
+                self.replay.take(tick, &what)?;
+                self.tick = self.tick.max(tick);
+                return Ok(Some((tick, what)));
+            }
+            let Some(place) = self.recording.next_of(self.wheel, self.next) else { return Ok(None) };
+            self.waiting = self.recording.read(place)?.into();
+            self.next = place + 1;
+        }
+    }
+
     /// The clay, and what was compared since the last seek.
     pub const fn replay(&self) -> &Replay {
         &self.replay

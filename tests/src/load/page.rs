@@ -157,7 +157,7 @@ pub fn of_run(result: &RunResult) -> String {
     let marks = [(begins_s, "measured from here")];
     let seconds = "seconds";
     let body = format!(
-        "<h1>Load test</h1>{}{}{}{}{}{}{}<h2>All figures</h2><pre>{}</pre>",
+        "<h1>Load test</h1>{}{}{}{}{}{}{}{}<h2>All figures</h2><pre>{}</pre>",
         about(result),
         verdict(result),
         figures(result),
@@ -193,6 +193,15 @@ pub fn of_run(result: &RunResult) -> String {
             &[
                 over("people", |second| second.people as f64),
                 over("memory", |second| second.server_memory_mb.unwrap_or_default()),
+            ],
+            &marks
+        ),
+        chart(
+            "Times late by more than a snapshot's period",
+            seconds,
+            &[
+                over("server", |second| second.late_ticks.unwrap_or_default() as f64),
+                over("a thread with nothing to do", |second| second.bystander_late as f64),
             ],
             &marks
         ),

@@ -68,6 +68,12 @@ pub struct Second {
     pub generator_cpu_percent: Option<f64>,
     /// Joins that took place.
     pub joins: u64,
+    /// [`ServerFigures::late_ticks`] that a spawned server told of in this second.
+    #[serde(default)]
+    pub late_ticks: Option<u64>,
+    /// [`RunResult::bystander_late`] of this second.
+    #[serde(default)]
+    pub bystander_late: u64,
 }
 
 /// Where it was measured.
@@ -106,6 +112,10 @@ pub struct ServerFigures {
     pub wake_ms: Quantiles,
     /// Times the room woke up later than it was to by more than a snapshot's period.
     pub late_ticks: u64,
+    /// Those of them that were late while a thread with nothing to do was not, in that second and those beside it: what no machine that stood
+    /// still explains.
+    #[serde(default)]
+    pub late_ticks_alone: u64,
     /// Datagrams handed to connections.
     pub datagrams: u64,
     /// Datagrams that a connection could not take at once.
@@ -209,6 +219,19 @@ pub struct RunResult {
     pub seconds: Vec<Second>,
 }
 
+/// [`ServerFigures::late_ticks_alone`] of a run with these seconds.
+#[must_use]
+pub fn late_ticks_alone(seconds: &[Second]) -> u64 {
+    let measured: Vec<_> = seconds.iter().filter(|second| second.is_measured).collect();
+    // what the server tells of a second may be read in the next
+    let is_alone = |at: usize| {
+        let beside = &measured[at.saturating_sub(1)..measured.len().min(at + 2)];
+        beside.iter().all(|second| second.bystander_late == 0)
+    };
+    let alone = measured.iter().enumerate().filter(|(at, _)| is_alone(*at));
+    alone.filter_map(|(_, second)| second.late_ticks).sum()
+}
+
 impl RunResult {
     /// The clients' figures of a tally.
     pub fn take_in(&mut self, tally: &Tally) {
@@ -245,6 +268,7 @@ impl RunResult {
     pub fn plain(&self, name: &str) -> Option<f64> {
         Some(match name {
             "server_late_ticks" => self.server.as_ref()?.late_ticks as f64,
+            "server_late_ticks_alone" => self.server.as_ref()?.late_ticks_alone as f64,
             "server_dropped_datagrams" => self.server.as_ref()?.dropped_datagrams as f64,
             "server_unheard" => self.server.as_ref()?.unheard as f64,
             "server_us_per_datagram" => self.server_us_per_datagram()?,
@@ -315,9 +339,10 @@ impl RunResult {
         ));
         if let Some(server) = &self.server {
             table.push_str(&format!(
-                "{:<28}{} late ticks, {} datagrams, {} of them dropped, {} keyframes asked for, {} samples refused, {} datagrams not heard\n",
+                "{:<28}{} late ticks, {} of them alone, {} datagrams, {} of them dropped, {} keyframes asked for, {} samples refused, {} datagrams not heard\n",
                 "server",
                 server.late_ticks,
+                server.late_ticks_alone,
                 server.datagrams,
                 server.dropped_datagrams,
                 server.resyncs,
@@ -352,5 +377,25 @@ impl RunResult {
             self.held_back
         ));
         table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn late_ticks_are_a_servers_own_where_the_bystander_was_in_time() {
+        let second = |late_ticks, bystander_late, is_measured| Second {
+            late_ticks: Some(late_ticks),
+            bystander_late,
+            is_measured,
+            ..Second::default()
+        };
+        let before = [second(9, 0, false)];
+        let quiet = [second(1, 0, true), second(0, 0, true)];
+        let stalled = [second(4, 0, true), second(3, 2, true), second(5, 0, true)];
+        assert_eq!(late_ticks_alone(&[&before[..], &quiet, &stalled, &quiet].concat()), 2);
+        assert_eq!(late_ticks_alone(&[]), 0);
     }
 }

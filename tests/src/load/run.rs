@@ -23,7 +23,7 @@ use super::follower::{Ledger, Subject};
 use super::host::{self, Host, HostError, Told, Usage};
 use super::person::{Outcome, Person, Stage, Studio};
 use super::plan::{Plan, PlanError};
-use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigures, Verdict};
+use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigures, Verdict, late_ticks_alone};
 use super::schedule::Punctuality;
 use super::strangers::{StrangerFigures, Strangers};
 use super::threshold::Threshold;
@@ -236,6 +236,8 @@ struct Watched<'a> {
     generator_before: Option<Usage>,
     bystander: Option<Bystander>,
     last: (Option<Usage>, Option<Usage>),
+    /// How often server and bystander had been late a second ago.
+    last_late: (Option<u64>, u64),
     /// The age of clay before strangers came and since, and they.
     ages: [Tally; 2],
     strangers: Option<(Strangers, f64)>,
@@ -300,6 +302,7 @@ impl<'a> Watched<'a> {
             server_before,
             generator_before,
             last,
+            last_late: (None, 0),
             ages,
             strangers,
             bystander,
@@ -407,6 +410,7 @@ impl<'a> Watched<'a> {
             self.result.server = Some(ServerFigures {
                 wake_ms: Quantiles::of(&now.wakes_since(before), 1e-3),
                 late_ticks: now.late - before.late,
+                late_ticks_alone: late_ticks_alone(&self.result.seconds),
                 datagrams: now.datagrams - before.datagrams,
                 dropped_datagrams: now.dropped_datagrams - before.dropped_datagrams,
                 resyncs: now.resyncs - before.resyncs,
@@ -419,6 +423,10 @@ impl<'a> Watched<'a> {
     fn read(&mut self, tally: &Tally, at_s: f64, until_s: f64, is_measured: bool) {
         let server = self.spawned.and_then(|host| host::usage(host.process()));
         let generator = host::usage(std::process::id());
+        let late = (
+            self.spawned.and_then(Host::told).map(|told| told.late),
+            self.bystander.as_ref().map_or(0, Bystander::late),
+        );
         let length_s = until_s - at_s;
         let percent = |now: Option<Usage>, before: Option<Usage>| {
             now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / length_s)
@@ -438,8 +446,11 @@ impl<'a> Watched<'a> {
             server_memory_mb: server.map(|usage| usage.memory_mb),
             generator_cpu_percent: percent(generator, self.last.1),
             joins: tally.join_us.len(),
+            late_ticks: late.0.map(|now| now - self.last_late.0.unwrap_or_default()),
+            bystander_late: late.1 - self.last_late.1,
         };
         self.last = (server, generator);
+        self.last_late = late;
         if self.options.is_told {
             self.tell(&second);
         }

@@ -69,9 +69,10 @@ pub const WITH_QUANTILES: [&str; 7] = [
     "server_wake_ms",
 ];
 /// Figures that are one number.
-pub const PLAIN: [&str; 13] = [
+pub const PLAIN: [&str; 14] = [
     "strangers_age_ratio",
     "server_late_ticks",
+    "server_late_ticks_alone",
     "server_cpu_percent",
     "server_memory_mb",
     "up_lost_percent",

@@ -112,10 +112,11 @@ fn go_on(flags: &SoakFlags) -> Done {
     let slope = soak::of_run(&result);
     let grown = slope.growth_mb();
     let said = format!(
-        "memory of the server {:+.2} ± {:.2} MB/h, grown by {grown:.2} MB beyond the error; {} late ticks, where a thread with nothing to do was late {} times",
+        "memory of the server {:+.2} ± {:.2} MB/h, grown by {grown:.2} MB beyond the error; {} late ticks, {} of them while no thread with nothing to do was late; that was late {} times",
         slope.mb_per_h,
         slope.error_mb_per_h,
         result.server.as_ref().map_or(0, |server| server.late_ticks),
+        result.server.as_ref().map_or(0, |server| server.late_ticks_alone),
         result.bystander_late
     );
     result.said.push(said);

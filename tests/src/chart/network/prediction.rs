@@ -1,7 +1,8 @@
-//! How far the clay that a hand feels is from the room's at the same tick, under the hand's own tool.
+//! How far the clay that a hand feels is from what the room makes of the same samples, under the hand's own tool.
 //!
 //! Owns the cases: way and back, loss and overlap of two tools. Hands are ticked by the studio's own loop; the room's clay is that of the
-//! recording.
+//! recording, at the same tick. Where samples came later than that, it is the clay that the room had when it had pressed them: before, the room
+//! does not know better than the hand, it knows less.
 //! Invariant: every snapshot at which the tool touched is compared, element by element.
 
 use std::path::Path;
@@ -11,6 +12,7 @@ use glam::Vec3;
 use pottery_client::device::Device;
 use pottery_shared::clay::{MethodKind, Phase, Pot, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
+use pottery_shared::room::Happening;
 use pottery_shared::snapshot::SnapshotClock;
 use pottery_shared::tool::Tool;
 use pottery_shared::units::{Rpm, Tick};
@@ -134,6 +136,7 @@ pub struct PredictionFigures {
 
 /// What a hand felt at a snapshot: column, row and radius of what its tool touched.
 struct Felt {
+    number: usize,
     tick: Tick,
     elements: Vec<(u32, u32, f32)>,
 }
@@ -210,13 +213,13 @@ pub fn measure(case: &Case, seconds: f64, folder: &Path) -> Result<PredictionFig
         }
         if tick > last[number].max(settled[number]) && SnapshotClock::default().is_due(tick) {
             let elements = tool_m.map_or_else(Vec::new, |at_m| touched(pot, wheel.phase(tick).pot_from_room(at_m)));
-            felt.push(Felt { tick, elements });
+            felt.push(Felt { number, tick, elements });
         }
         last[number] = last[number].max(tick);
     })?;
     let corrections = reports.iter().map(|report| report.correction_nm.max() as f64 * 1e-6);
     let corrected_mm = corrections.fold(0.0, f64::max);
-    compare(*case, corrected_mm, &felt, &mut Clay::open(&file)?)
+    compare(*case, corrected_mm, felt, Clay::open(&file)?)
 }
 
 /// Takes the last case's recording away.
@@ -245,13 +248,72 @@ fn touched(pot: &Pot, at_m: Vec3) -> Vec<(u32, u32, f32)> {
     elements
 }
 
+/// Where in a recording what a hand felt can be held against the clay.
+#[derive(Default)]
+struct Places {
+    /// The tick of every entry.
+    ticks: Vec<Tick>,
+    /// The entries that are snapshots.
+    snapshots: Vec<usize>,
+    /// Everybody's samples, in the order in which they came: their ticks, and the entries with which they were pressed.
+    pressed: Vec<Vec<(Tick, usize)>>,
+}
+
+impl Places {
+    fn of(clay: &mut Clay) -> Result<Self, NetworkError> {
+        let mut places = Self::default();
+        let mut clients = Vec::new();
+        while let Some((tick, what)) = clay.step()? {
+            let entry = places.ticks.len();
+            match what {
+                Happening::Came { client } => {
+                    clients.push(client);
+                    places.pressed.push(Vec::new());
+                }
+                Happening::Pressed(samples) => {
+                    for (client, sample) in samples {
+                        let number = clients.iter().position(|one| *one == client);
+                        let of = number.and_then(|number| places.pressed.get_mut(number));
+                        of.expect("who presses has come before").push((sample.tick, entry));
+                    }
+                }
+                Happening::Snapshot { .. } => places.snapshots.push(entry),
+                _ => {}
+            }
+            places.ticks.push(tick);
+        }
+        Ok(places)
+    }
+
+    /// The entry after which the room's clay is held against what was felt.
+    fn of_felt(&self, felt: &Felt) -> usize {
+        let same_tick = self.ticks.partition_point(|tick| *tick <= felt.tick).saturating_sub(1);
+        let pressed = &self.pressed[felt.number];
+        let had = pressed.partition_point(|(tick, _)| *tick <= felt.tick);
+        let Some(&(_, came)) = had.checked_sub(1).and_then(|last| pressed.get(last)) else { return same_tick };
+        if came <= same_tick {
+            return same_tick;
+        }
+        // as it was rounded, if it was before the hand's next sample
+        let next = pressed.get(had).map_or(self.ticks.len(), |(_, entry)| *entry);
+        let rounded = self.snapshots.get(self.snapshots.partition_point(|entry| *entry < came));
+        rounded.copied().filter(|entry| *entry < next).unwrap_or(came)
+    }
+}
+
 /// Holds what hands felt against the clay of the recording.
-fn compare(case: Case, corrected_mm: f64, felt: &[Felt], clay: &mut Clay) -> Result<PredictionFigures, NetworkError> {
-    let mut in_order: Vec<&Felt> = felt.iter().filter(|felt| !felt.elements.is_empty()).collect();
-    in_order.sort_by_key(|felt| felt.tick);
+fn compare(case: Case, corrected_mm: f64, felt: Vec<Felt>, mut clay: Clay) -> Result<PredictionFigures, NetworkError> {
+    let places = Places::of(&mut clay.again()?)?;
+    let felt = felt.into_iter().filter(|felt| !felt.elements.is_empty());
+    let mut in_order: Vec<(usize, Felt)> = felt.map(|felt| (places.of_felt(&felt), felt)).collect();
+    in_order.sort_by_key(|(entry, _)| *entry);
     let (mut worst_mm, mut squares, mut elements) = (Vec::new(), 0.0, 0_u64);
-    for felt in in_order {
-        let room = &clay.at(felt.tick)?.surfaces()[0];
+    let mut gone_through = 0;
+    for (entry, felt) in in_order {
+        while gone_through <= entry && clay.step()?.is_some() {
+            gone_through += 1;
+        }
+        let room = &clay.pot().surfaces()[0];
         let mut worst = 0.0_f64;
         for &(column, row, radius_m) in &felt.elements {
             let off_mm = f64::from(radius_m - room.column_m(column)[row as usize]) * 1e3;

@@ -13,6 +13,7 @@ use pottery_client::stroke::Stroke;
 use pottery_server::recording::{Playback, Recording};
 use pottery_shared::clay::{MethodKind, Pot};
 use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::room::Happening;
 use pottery_shared::snapshot::Moment;
 use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Rpm, Tick};
@@ -167,7 +168,15 @@ impl Clay {
         Ok(self.playback.replay().pot())
     }
 
-    /// The clay at the tick that was gone to.
+    /// Goes through one thing that happened; which, or `None` behind the last one.
+    ///
+    /// # Errors
+    /// [`NetworkError::Session`].
+    pub fn step(&mut self) -> Result<Option<(Tick, Happening)>, NetworkError> {
+        self.playback.step().map_err(|source| NetworkError::Session { path: self.path.clone(), source })
+    }
+
+    /// The clay at the tick that was gone to, or after what was gone through last.
     #[must_use]
     pub fn pot(&self) -> &Pot {
         self.playback.replay().pot()
