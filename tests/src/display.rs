@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use x11rb::COPY_DEPTH_FROM_PARENT;
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{Atom, ConnectionExt, CreateWindowAux, PropMode, Window, WindowClass};
+use x11rb::protocol::xproto::{Atom, ConnectionExt, CreateWindowAux, ImageFormat, PropMode, Window, WindowClass};
 use x11rb::rust_connection::{ReplyError, RustConnection};
 use x11rb::wrapper::ConnectionExt as _;
 
@@ -57,7 +57,7 @@ impl Display {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .expect("the window's test needs Xvfb (Debian: apt-get install xvfb xdotool imagemagick)");
+            .expect("the window's test needs Xvfb (Debian: apt-get install xvfb xdotool)");
         let mut number = String::new();
         let said = server.stdout.take().expect("its output was asked for");
         BufReader::new(said).read_line(&mut number).expect("Xvfb says its number");
@@ -186,16 +186,20 @@ impl Display {
     /// RGB pixels of the whole display, row by row.
     ///
     /// # Panics
-    /// Without ImageMagick.
+    /// When the display does not do as it is asked.
     #[must_use]
     pub fn pixels(&self) -> Vec<u8> {
-        let output = Command::new("import")
-            .args(["-window", "root", "-depth", "8", "rgb:-"])
-            .env("DISPLAY", &self.name)
-            .output()
-            .expect("the window's test needs imagemagick");
-        assert_eq!(output.stdout.len(), SIZE.0 * SIZE.1 * 3, "{}", String::from_utf8_lossy(&output.stderr));
-        output.stdout
+        let looked = || {
+            let (server, screen) = RustConnection::connect(Some(&self.name)).expect("the display runs");
+            let (root, [width, height]) = (server.setup().roots[screen].root, [SIZE.0, SIZE.1].map(|size| size as u16));
+            server.get_image(ImageFormat::Z_PIXMAP, root, 0, 0, width, height, u32::MAX)?.reply()
+        };
+        let looked: Result<_, ReplyError> = looked();
+        let seen = looked.expect("the display does as it is asked").data;
+        // a pixel is blue, green, red and nothing
+        let pixels: Vec<u8> = seen.chunks_exact(4).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]).collect();
+        assert_eq!(pixels.len(), SIZE.0 * SIZE.1 * 3);
+        pixels
     }
 }
 

@@ -332,9 +332,15 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     }
     display.run("xdotool", &["windowfocus", &host_window, "mousemove", "250", "20"]);
     std::thread::sleep(Duration::from_secs(1));
-    let earlier = display.pixels();
-    std::thread::sleep(Duration::from_millis(1300));
-    let before = display.pixels();
+    // all the way round: the pot turns, and what was thrown by hand is not quite round
+    let looks = |count| -> Vec<Vec<u8>> {
+        let look = |_| {
+            std::thread::sleep(Duration::from_millis(50));
+            display.pixels()
+        };
+        (0..count).map(look).collect()
+    };
+    let before = looks(24);
     // the middle of the host's pot, held for three turns of the wheel
     display.run("xdotool", &["mousemove", "250", "380"]);
     std::thread::sleep(Duration::from_millis(700));
@@ -345,7 +351,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     let after = display.pixels();
     display.run("xdotool", &["windowfocus", &host_window, "key", "ctrl+z"]);
     std::thread::sleep(Duration::from_millis(1500));
-    let undone = display.pixels();
+    let undone = looks(4);
     display.run("xdotool", &["windowfocus", &guest_window, "key", "Escape"]);
     let status = wait(&mut guest, Duration::from_secs(10));
     assert!(status.success(), "{}", text_of(guest.stderr.take().unwrap()));
@@ -353,27 +359,21 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     let status = wait(&mut host, Duration::from_secs(10));
     assert!(status.success(), "{}", text_of(host.stderr.take().unwrap()));
 
-    // the guest saw the groove that the host pressed: pixels of its pot at the tool's height changed
-    let changed = |now: &[u8], from: usize, to: usize| {
-        let mut count = 0;
-        for y in 330..430 {
-            for x in from..to {
-                let at = (y * 1000 + x) * 3;
-                count += usize::from(before[at].abs_diff(now[at]) > 24);
-            }
-        }
-        count
+    // how many pixels of a pot at the tool's height are other than in any look before
+    let changed = |now: &[u8], (from, to): (usize, usize)| {
+        let differ = before.iter().map(|before| {
+            let places = (330..430).flat_map(|y| (from..to).map(move |x| (y * 1000 + x) * 3));
+            places.filter(|&at| before[at].abs_diff(now[at]) > 24).count()
+        });
+        differ.min().unwrap()
     };
-    let (hosts, guests) = (changed(&after, 150, 350), changed(&after, 650, 850));
-    assert!(hosts > 300, "{hosts} pixels of the host's pot changed");
-    assert!(guests > 300, "{guests} pixels of the guest's pot changed");
-    // and that it was undone: what is left is the pot turning
-    for (from, to, pressed) in [(150, 350, hosts), (650, 850, guests)] {
-        let (turning, left) = (changed(&earlier, from, to), changed(&undone, from, to));
-        println!(
-            "{turning} pixels change as the pot turns, {pressed} when it is pressed, {left} are left after undoing"
-        );
-        assert!(left < turning * 3 / 2 + pressed / 10, "{left} of {pressed} pixels are still other, {turning} turn");
+    for (whose, across) in [("host", (150, 350)), ("guest", (650, 850))] {
+        let pressed = changed(&after, across);
+        let left = undone.iter().map(|undone| changed(undone, across)).min().unwrap();
+        println!("{whose}: {pressed} pixels change when it is pressed, {left} are left after undoing");
+        // the guest saw the groove that the host pressed, and both that it was undone: what is left is how far the looks lie apart
+        assert!(pressed > 300, "{pressed} pixels of the {whose}'s pot changed");
+        assert!(left < pressed / 3, "{left} of {pressed} pixels of the {whose}'s pot are still other");
     }
     let recorded = Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());

@@ -1,4 +1,4 @@
-//! An adaptive range coder of bits and of symbols of seventeen kinds.
+//! An adaptive range coder of bits and of symbols of sixteen kinds.
 //!
 //! Codes with learned probabilities; what is coded is the affair of `sweep` and `models`. The scheme is the one described
 //! by Martin (1979); a range of sixteen bits lets a processor compare a code with sixteen bounds at once.
@@ -76,7 +76,7 @@ impl<'a> Encoder<'a> {
 
     /// Writes what is left.
     pub(crate) fn finish(mut self) {
-        // of all numbers that say the same, the one with most zeros at its end
+        // of all numbers above the least that say the same, the one with most zeros at its end
         for zeros in (0..=RANGE_BITS).rev() {
             let rounded = (self.low | ((1 << zeros) - 1)).wrapping_add(1) & !((1 << zeros) - 1);
             if rounded - self.low < u64::from(self.range) {

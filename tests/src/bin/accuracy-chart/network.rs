@@ -11,8 +11,8 @@ use pottery_tests::chart::{ChartError, csv};
 
 const MEANING: &str = "\
 What it writes:
-  prediction.csv, .png      the clay under a hand against the room's at the same tick, over way and back, loss, and how much two
-                            tools overlap
+  prediction.csv, .png      the clay under a hand against what the room made of the same samples, over way and back, loss, and how
+                            much two tools overlap
   subscription.csv, .png    bytes a second against quantum and rate, and how far what is seen is off
   codecs.csv, .png          a snapshot in our codec, in simpler ones, and at least
   *.session                 the sessions that were recorded for it; 'pottery-studio replay FILE' shows them

@@ -33,10 +33,10 @@ pub(super) fn prediction(figures: &[PredictionFigures]) -> Result<Vec<u8>, Chart
     let (canvas, room) = sheet(
         "How far the clay under a hand is from the room's: lower is better",
         &entries,
-        "Largest error under the tool at each snapshot, against the clay that the room had at the same tick: two hands with our clay, a wheel at \
-         60 rpm, the studio's own client and server. Apart: the other tool is 60 mm above. Near: 16 mm above and a quarter of a turn away. \
-         Overlapping: at the same height and 15 mm away. Losses come in bursts of 40 ms. Alone and without loss nothing is off; what was lost is \
-         pressed late.",
+        "Largest error under the tool at each snapshot, against the clay that the room had at the same tick, or once it had pressed what came \
+         later: two hands with our clay, a wheel at 60 rpm, the studio's own client and server. Apart: the other tool is 60 mm above. Near: \
+         16 mm above and a quarter of a turn away. Overlapping: at the same height and 15 mm away. Losses come in bursts of 40 ms. Alone nothing is \
+         off, whatever is lost.",
     );
     let overlaps: Vec<Overlap> = distinct(figures.iter().map(|figures| figures.case.overlap));
     let most = figures.iter().map(|figures| figures.worst_mm[2]).fold(0.05, f64::max) * 1.1;
