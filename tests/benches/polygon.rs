@@ -45,9 +45,10 @@ fn main() -> Result<(), ConvexError> {
     println!(
         "\nmethod   tool     elements step_ns_p50 step_ns_p99 sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
     );
-    let tools: Arc<[ConvexTool]> = [rack::rib()?, rack::knuckle()?, ball(3)?, ball(4)?].into();
+    let tools: Arc<[ConvexTool]> =
+        [rack::rib()?, rack::blade()?, rack::knuckle()?, rack::loop_end()?, ball(3)?, ball(4)?].into();
     for method in [MethodKind::Original, MethodKind::Plastic] {
-        for (number, name) in ["rib", "knuckle", "ball(3)", "ball(4)"].into_iter().enumerate() {
+        for (number, name) in ["rib", "blade", "knuckle", "loop", "ball(3)", "ball(4)"].into_iter().enumerate() {
             for wanted in [300, 1000] {
                 steps(method, name, (&tools, number), wanted);
             }
