@@ -236,8 +236,9 @@ struct Watched<'a> {
     generator_before: Option<Usage>,
     bystander: Option<Bystander>,
     last: (Option<Usage>, Option<Usage>),
-    /// How often server and bystander had been late a second ago.
-    last_late: (Option<u64>, u64),
+    /// What the server had told a second ago, and how often the bystander had been late.
+    last_told: Option<Told>,
+    last_bystander: u64,
     /// The age of clay before strangers came and since, and they.
     ages: [Tally; 2],
     strangers: Option<(Strangers, f64)>,
@@ -302,7 +303,8 @@ impl<'a> Watched<'a> {
             server_before,
             generator_before,
             last,
-            last_late: (None, 0),
+            last_told: None,
+            last_bystander: 0,
             ages,
             strangers,
             bystander,
@@ -327,7 +329,7 @@ impl<'a> Watched<'a> {
             let is_measured = at_s >= begins_s;
             if is_measured && self.generator_before.is_none() {
                 self.generator_before = self.last.1;
-                self.server_before = self.last.0.zip(self.spawned.and_then(Host::told));
+                self.server_before = self.last.0.zip(self.last_told.clone());
                 // it stands on whatever core is free, as what waits for a slow machine does
                 let _kept = keep(self.options.apart(), Apart::keep_to_none)?;
                 self.bystander = Some(Bystander::stand().map_err(RunError::Threads)?);
@@ -423,10 +425,9 @@ impl<'a> Watched<'a> {
     fn read(&mut self, tally: &Tally, at_s: f64, until_s: f64, is_measured: bool) {
         let server = self.spawned.and_then(|host| host::usage(host.process()));
         let generator = host::usage(std::process::id());
-        let late = (
-            self.spawned.and_then(Host::told).map(|told| told.late),
-            self.bystander.as_ref().map_or(0, Bystander::late),
-        );
+        let told = self.spawned.and_then(Host::told);
+        let late_before = self.last_told.as_ref().map_or(0, |before| before.late);
+        let bystander_late = self.bystander.as_ref().map_or(0, Bystander::late);
         let length_s = until_s - at_s;
         let percent = |now: Option<Usage>, before: Option<Usage>| {
             now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / length_s)
@@ -446,11 +447,11 @@ impl<'a> Watched<'a> {
             server_memory_mb: server.map(|usage| usage.memory_mb),
             generator_cpu_percent: percent(generator, self.last.1),
             joins: tally.join_us.len(),
-            late_ticks: late.0.map(|now| now - self.last_late.0.unwrap_or_default()),
-            bystander_late: late.1 - self.last_late.1,
+            late_ticks: told.as_ref().map(|told| told.late - late_before),
+            bystander_late: bystander_late - self.last_bystander,
         };
         self.last = (server, generator);
-        self.last_late = late;
+        (self.last_told, self.last_bystander) = (told, bystander_late);
         if self.options.is_told {
             self.tell(&second);
         }
