@@ -12,7 +12,7 @@ mod sights;
 mod stepping;
 mod waiting;
 
-use alloc::collections::{BTreeMap, VecDeque};
+use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
 
 use self::holding::Hold;
@@ -102,6 +102,8 @@ pub(super) struct Bench {
     /// The tools that people brought, with their numbers in the rack.
     brought: Vec<(u8, MeshWire)>,
     seats: BTreeMap<PeerId, Seat>,
+    /// Those of whom samples wait: most who sit at a large wheel look on, and a tick is too short to ask them all.
+    hands: BTreeSet<PeerId>,
     hold: Hold,
     /// The latest ones, oldest first.
     ways: VecDeque<Way>,
@@ -167,6 +169,7 @@ impl Bench {
             untold_clay: None,
             brought: Vec::new(),
             seats: BTreeMap::new(),
+            hands: BTreeSet::new(),
             hold: Hold::default(),
             ways: VecDeque::new(),
             pulses: 0,
@@ -287,7 +290,11 @@ impl Bench {
     /// Takes in samples; the version from which the peer wants to be told again, if it misses something and was not told just now.
     pub(super) fn handle_datagram(&mut self, peer: PeerId, bytes: &[u8], now: Tick) -> Option<u32> {
         let seat = self.seats.get_mut(&peer)?;
-        let again = seat.peer.handle_datagram(bytes, now, self.substep.tools().len())?;
+        let again = seat.peer.handle_datagram(bytes, now, self.substep.tools().len());
+        if !seat.peer.inputs().is_empty() {
+            self.hands.insert(peer);
+        }
+        let again = again?;
         let every = if seat.retells { AGAIN_TICKS_RETOLD } else { AGAIN_TICKS };
         let is_time = seat.again_at.is_none_or(|at| now.since(at) >= every);
         is_time.then(|| {
@@ -454,18 +461,18 @@ impl Bench {
         self.presses.clear();
         self.pressing.clear();
         let mut any_due = false;
-        for (&peer, seat) in &mut self.seats {
-            if let Some(sample) = seat.peer.take_due(tick) {
-                any_due = true;
-                if !self.hold.counts(seat) || self.history.is_undone(seat.client, sample.tick) {
-                    continue;
-                }
+        self.hands.retain(|&peer| {
+            let Some(seat) = self.seats.get_mut(&peer) else { return false };
+            let Some(sample) = seat.peer.take_due(tick) else { return !seat.peer.inputs().is_empty() };
+            any_due = true;
+            if self.hold.counts(seat) && !self.history.is_undone(seat.client, sample.tick) {
                 let before = seat.peer.last_sample().filter(|before| sample.follows(before)).copied();
                 self.pressers.note(peer, sample.tick);
                 self.presses.push(self.conditions.press(&sample, before.as_ref()));
                 self.pressing.push((peer, Pressed { client: seat.client, sample, before }));
             }
-        }
+            !seat.peer.inputs().is_empty()
+        });
         if self.presses.is_empty() {
             return any_due;
         }

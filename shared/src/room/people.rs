@@ -4,6 +4,7 @@
 //! Invariant: of one person there is at most one connection, and a number is given to nobody else while its owner may come back.
 
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::PeerId;
@@ -28,8 +29,8 @@ pub(super) struct Person {
     left_at: Tick,
     /// For what a teacher orders.
     pub(super) allowance: Allowance,
-    /// Others, as it was told of them.
-    pub(super) heard: BTreeMap<u16, PersonWire>,
+    /// Others by number, as it was told of them: one list for all who were told the same.
+    pub(super) heard: Option<Arc<[PersonWire]>>,
     pub(super) heard_class: Option<ClassWire>,
     /// Whether it was last told that what it presses counts.
     pub(super) told_may_press: bool,
@@ -96,7 +97,7 @@ impl People {
             token: token.map(|token| token_hash(&token.0)),
             left_at: Tick(0),
             allowance: Allowance::default(),
-            heard: BTreeMap::new(),
+            heard: None,
             heard_class: None,
             told_may_press: true,
         };
@@ -126,7 +127,7 @@ impl People {
     pub(super) fn reconnect(&mut self, client: u16, peer: PeerId) -> Option<PeerId> {
         let person = self.people.get_mut(&client)?;
         let before = person.peer.replace(peer);
-        (person.heard, person.heard_class) = (BTreeMap::new(), None);
+        (person.heard, person.heard_class) = (None, None);
         if let Some(before) = before {
             self.numbers.remove(&before);
         }
@@ -140,7 +141,7 @@ impl People {
         let client = self.numbers.remove(&peer)?;
         let person = self.people.get_mut(&client)?;
         (person.peer, person.left_at) = (None, now);
-        (person.heard, person.heard_class) = (BTreeMap::new(), None);
+        (person.heard, person.heard_class) = (None, None);
         if person.token.is_none() || person.is_waiting {
             self.forget(client);
         }

@@ -4,6 +4,7 @@
 //! Invariant: nobody is told the same twice in a row, and the code goes to teachers alone.
 
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{Lane, Room};
@@ -37,34 +38,25 @@ impl Room {
             true => self.busy.iter().flat_map(|&place| self.benches[place].touching(self.now)).collect(),
             false => BTreeSet::new(),
         };
-        let all: Vec<_> =
+        let all: Arc<[_]> =
             self.people.iter().map(|(client, person)| person.wire(client, touching.contains(&client))).collect();
-        let mut at: BTreeMap<u16, Vec<PersonWire>> = BTreeMap::new();
-        let mut teachers = Vec::new();
-        for person in all.iter().map(|person| PersonWire { touching: false, ..*person }) {
-            if person.role == Role::Teacher {
-                teachers.push(person);
-            } else if person.presence != Presence::Waiting && person.wheel > 0 {
-                at.entry(person.wheel).or_default().push(person);
-            }
-        }
+        let at = by_wheel(&all);
         let class = has_teacher.then(|| self.lesson());
+        let mut news = News::default();
         let here: Vec<_> = self.people.here().map(|(client, _, peer)| (client, peer)).collect();
         for (client, peer) in here {
             let Some(person) = self.people.person_mut(client) else { continue };
             let own = person.wire(client, false);
-            let mut notices = if own.role == Role::Teacher {
-                news(&mut person.heard, all.iter().copied())
-            } else {
-                let others = at.get(&own.wheel).into_iter().flatten().copied();
-                news(&mut person.heard, teachers.iter().copied().chain(others))
-            };
+            let now = if own.role == Role::Teacher { Some(&all) } else { at.get(&own.wheel).or_else(|| at.get(&0)) };
+            let Some(now) = now else { continue };
+            let mut frames = news.frames(person.heard.as_ref(), now).to_vec();
+            person.heard = Some(Arc::clone(now));
             if own.role == Role::Teacher && person.heard_class != class {
                 person.heard_class.clone_from(&class);
-                notices.extend(class.clone().map(Notice::Class));
+                frames.extend(class.clone().map(|class| Peer::notice(&Notice::Class(class))));
             }
-            for notice in notices {
-                self.outbox.push_back(super::Transmit { to: peer, lane: Lane::Control(Peer::notice(&notice)) });
+            for frame in frames {
+                self.outbox.push_back(super::Transmit { to: peer, lane: Lane::Control(frame) });
             }
         }
     }
@@ -87,18 +79,42 @@ impl Room {
     }
 }
 
-/// What has to be said so that somebody who `heard` that knows what is.
-fn news(heard: &mut BTreeMap<u16, PersonWire>, now: impl Iterator<Item = PersonWire>) -> Vec<Notice> {
-    let now: BTreeMap<_, _> = now.map(|person| (person.client, person)).collect();
-    let changed: Vec<_> = now.values().filter(|person| heard.get(&person.client) != Some(*person)).copied().collect();
-    let gone: Vec<_> = heard.keys().filter(|client| !now.contains_key(*client)).copied().collect();
-    *heard = now;
-    let mut notices = Vec::new();
-    for gone in gone.chunks(PEOPLE_MAX) {
-        notices.push(Notice::People { people: Vec::new(), gone: gone.to_vec() });
+/// Of whom students are told, by their wheel: teachers, and those at the same one; at 0, of whom guests are.
+fn by_wheel(all: &[PersonWire]) -> BTreeMap<u16, Arc<[PersonWire]>> {
+    let quiet = all.iter().map(|person| PersonWire { touching: false, ..*person });
+    let (teachers, others): (Vec<_>, Vec<_>) = quiet.partition(|person| person.role == Role::Teacher);
+    let mut at = BTreeMap::from([(0, teachers.clone())]);
+    for person in others.into_iter().filter(|person| person.presence != Presence::Waiting && person.wheel > 0) {
+        at.entry(person.wheel).or_insert_with(|| teachers.clone()).push(person);
     }
-    for people in changed.chunks(PEOPLE_MAX) {
-        notices.push(Notice::People { people: people.to_vec(), gone: Vec::new() });
+    let sorted = |mut people: Vec<PersonWire>| {
+        people.sort_unstable_by_key(|person| person.client);
+        people.into()
+    };
+    at.into_iter().map(|(wheel, people)| (wheel, sorted(people))).collect()
+}
+
+/// What has to be said, made once for all who have heard the same and are to hear the same.
+#[derive(Default)]
+struct News {
+    /// By where in memory the two lists are: none is made while this lives, so that a place stands for one list.
+    made: BTreeMap<[*const PersonWire; 2], Vec<Vec<u8>>>,
+}
+
+impl News {
+    /// Frames that lead from one list of people, by number, to another.
+    fn frames(&mut self, heard: Option<&Arc<[PersonWire]>>, now: &Arc<[PersonWire]>) -> &[Vec<u8>] {
+        let heard = heard.map_or(&[][..], |heard| heard);
+        self.made.entry([heard.as_ptr(), now.as_ptr()]).or_insert_with(|| {
+            let is_in = |people: &[PersonWire], client| people.binary_search_by_key(&client, |one| one.client);
+            let is_news = |person: &&PersonWire| is_in(heard, person.client).map(|at| heard[at]) != Ok(**person);
+            let changed: Vec<_> = now.iter().filter(is_news).copied().collect();
+            let all_heard = heard.iter().map(|person| person.client);
+            let gone: Vec<_> = all_heard.filter(|client| is_in(now, *client).is_err()).collect();
+            let gone = gone.chunks(PEOPLE_MAX).map(|gone| Notice::People { people: Vec::new(), gone: gone.to_vec() });
+            let changed =
+                changed.chunks(PEOPLE_MAX).map(|people| Notice::People { people: people.to_vec(), gone: Vec::new() });
+            gone.chain(changed).map(|notice| Peer::notice(&notice)).collect()
+        })
     }
-    notices
 }

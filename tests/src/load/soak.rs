@@ -24,22 +24,30 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// Through `(s, MB)`, by least squares.
+    /// Longest time whose points count as one: memory goes up and down with the minute in which clay is worked again, and points
+    /// that follow each other tell little more than one of them.
+    const TOGETHER_S: f64 = 60.0;
+    /// Least number of such times, where the points reach so far.
+    const TIMES: f64 = 8.0;
+
+    /// Through `(s, MB)`, by least squares through the means of a minute each, or of an eighth where there are fewer than eight
+    /// minutes: so the error is that of the line, and not that of the points about it.
     #[must_use]
     pub fn through(points: &[(f64, f64)]) -> Self {
-        let count = points.len() as f64;
         let (Some(first), Some(last)) = (points.first(), points.last()) else { return Self::default() };
-        let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-        let (mean_x, mean_y) = (mean(|point| point.0), mean(|point| point.1));
-        let spread: f64 = points.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
-        if spread == 0.0 || points.len() < 3 {
+        let length_s = last.0 - first.0;
+        let together_s = Self::TOGETHER_S.min(length_s / Self::TIMES);
+        let of_time = |point: &(f64, f64)| ((point.0 - first.0) / together_s) as u64;
+        let means: Vec<_> = points.chunk_by(|one, next| of_time(one) == of_time(next)).map(mean).collect();
+        let (mean_x, mean_y) = mean(&means);
+        let spread: f64 = means.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
+        if spread == 0.0 || means.len() < 3 {
             return Self::default();
         }
-        let slope = points.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>() / spread;
-        let rest: f64 = points.iter().map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2)).sum();
-        let error = (rest / (count - 2.0) / spread).sqrt();
-        let hours = (last.0 - first.0) / 3600.0;
-        Self { mb_per_h: slope * 3600.0, error_mb_per_h: error * 3600.0, hours }
+        let slope = means.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>() / spread;
+        let rest: f64 = means.iter().map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2)).sum();
+        let error = (rest / (means.len() as f64 - 2.0) / spread).sqrt();
+        Self { mb_per_h: slope * 3600.0, error_mb_per_h: error * 3600.0, hours: length_s / 3600.0 }
     }
 
     /// What it grew by beyond twice the line's own error, MB.
@@ -47,6 +55,12 @@ impl Slope {
     pub fn growth_mb(&self) -> f64 {
         ((self.mb_per_h - 2.0 * self.error_mb_per_h) * self.hours).max(0.0)
     }
+}
+
+/// The middle of some points.
+fn mean(points: &[(f64, f64)]) -> (f64, f64) {
+    let of = |coordinate: fn(&(f64, f64)) -> f64| points.iter().map(coordinate).sum::<f64>() / points.len() as f64;
+    (of(|point| point.0), of(|point| point.1))
 }
 
 /// Of the server's memory in the measured part of a run, without its first fifth, in which clay is worked for the first time.
@@ -113,6 +127,19 @@ mod tests {
         let slope = Slope::through(&points);
         assert!((slope.mb_per_h - 10.0).abs() < 1e-9 && slope.error_mb_per_h < 1e-9, "{slope:?}");
         assert!((slope.growth_mb() - 9.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn memory_that_comes_and_goes_with_the_minute_does_not_grow() {
+        // measured from anywhere in a minute to anywhere in another
+        for (begins, ends) in [(0, 480), (17, 500), (40, 650), (59, 540)] {
+            let points: Vec<_> =
+                (begins..ends).map(|second| (f64::from(second), f64::from(second % 60) * 0.01)).collect();
+            let slope = Slope::through(&points);
+            assert!(slope.mb_per_h.abs() <= 2.0 * slope.error_mb_per_h, "{begins} to {ends}: {slope:?}");
+            let growing: Vec<_> = points.iter().map(|(s, mb)| (*s, mb + s * 6.0 / 3600.0)).collect();
+            assert!(Slope::through(&growing).growth_mb() > 0.3, "{begins} to {ends}: {:?}", Slope::through(&growing));
+        }
     }
 
     #[test]
