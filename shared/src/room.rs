@@ -497,8 +497,11 @@ impl Room {
         self.busy.retain(|&place| self.benches[place].has_work());
     }
 
-    /// Tells everybody that the studio closes.
+    /// Tells everybody that the studio closes, and the journal that nobody is there any more.
     pub fn close(&mut self) {
+        for bench in &mut self.benches {
+            bench.note_closing(self.now);
+        }
         let peers: Vec<_> = self.people.iter().filter_map(|(_, person)| person.peer).collect();
         for peer in peers {
             self.send(peer, Lane::Control(Peer::notice(&Notice::Closing)));

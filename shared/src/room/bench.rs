@@ -207,6 +207,14 @@ impl Bench {
         }
     }
 
+    /// The studio closes: whoever is here leaves, as who goes by themselves does.
+    pub(super) fn note_closing(&mut self, now: Tick) {
+        let Some(journal) = &mut self.journal else { return };
+        for seat in self.seats.values() {
+            journal.note(now, Happening::Left { client: seat.client });
+        }
+    }
+
     fn state(&self) -> WheelState {
         let mut people: Vec<_> =
             self.seats.values().map(|seat| (seat.client, seat.peer.last_sample().copied())).collect();
