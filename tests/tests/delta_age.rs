@@ -231,7 +231,7 @@ fn a_line_that_does_not_carry_all_changes_is_told_as_much_as_it_carries() {
         duplicates: 0.0,
         rate: Some(Rate { bytes_per_s, queue_bytes: bytes_per_s * 8 / 15 }),
     };
-    for (bytes_per_s, p50_ms, p99_ms) in [(60_000, 1200, 2400), (100_000, 600, 1200)] {
+    for (bytes_per_s, p50_ms, p99_ms) in [(60_000, 1000, 1800), (100_000, 600, 1200)] {
         for ages in over_seeds(&format!("{bytes_per_s} B/s"), || None, line(bytes_per_s)) {
             assert!(ages.at(0.5) <= p50_ms && ages.at(0.99) <= p99_ms, "{} ms, {} ms", ages.at(0.5), ages.at(0.99));
             assert!(ages.dropped < 50, "{} were not sent", ages.dropped);

@@ -320,3 +320,38 @@ fn a_list_of_other_tiles_or_of_a_version_that_never_was_is_answered_with_the_who
     }
     assert_eq!(world.room.counts().mended_tiles, 0);
 }
+
+/// Two answers that lead to the same clay fill a narrow line twice, and the next ones are asked for twice then.
+#[test]
+fn an_answer_on_its_way_answers_whoever_holds_more_by_then_as_well() {
+    let mut world = World::new();
+    for now in 0..1200 {
+        world.step(now, |person, now| hand(person, now, 5000));
+    }
+    let first = world.client(1).replica().version().0;
+    let answers = |world: &mut World, have: u32| {
+        let before = world.keyframes.len();
+        world.room.handle_control(PeerId(1), &protocol::encode(&Request::Resync { have }));
+        while let Some(transmit) = world.room.poll_transmit() {
+            if let Lane::Keyframe(bytes) = transmit.lane {
+                world.keyframes.push((transmit.to, protocol::decode::<KEYFRAME_MAX, _>(&bytes).unwrap()));
+            }
+        }
+        world.keyframes[before..].iter().map(|(_, keyframe)| keyframe.since).collect::<Vec<_>>()
+    };
+    assert_eq!(answers(&mut world, first - 10), [first - 10]);
+    for have in [first - 10, first - 9, first] {
+        assert_eq!(answers(&mut world, have), [], "{have} leads there as well");
+    }
+    assert_eq!(answers(&mut world, first - 11), [first - 11], "what is older is not answered by it");
+    for now in 1200..1300 {
+        world.step(now, |person, now| hand(person, now, 5000));
+    }
+    let later = world.client(1).replica().version().0;
+    assert!(later > first + 2, "{later} after {first}");
+    assert_eq!(answers(&mut world, later), [later], "nor is what is newer");
+    for now in 1300..1700 {
+        world.step(now, |person, now| hand(person, now, 5000));
+    }
+    assert_eq!(answers(&mut world, later), [later], "it was lost, as it seems");
+}

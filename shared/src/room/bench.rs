@@ -14,6 +14,7 @@ mod waiting;
 
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use self::holding::Hold;
 use self::pulses::Way;
@@ -67,8 +68,8 @@ struct Seat {
     telling: Telling,
     /// The longest datagram that its path takes.
     datagram_bytes: usize,
-    /// From which version it was last told by a keyframe, and when.
-    answered: Option<(u32, Tick)>,
+    /// Over which versions it was last told by a keyframe, and when.
+    answered: Option<(Range<u32>, Tick)>,
     /// The snapshots that it was told of with the last pulse and the one before.
     told_of: [Version; 2],
     /// Gone, but with samples still to be pressed.

@@ -4,6 +4,7 @@
 //! Invariant: who asks for what is on its way over a full line gets no second one of it.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::pulses::lead_on;
 use super::{Bench, Outbox, Whole};
@@ -20,15 +21,16 @@ const ANSWER_TICKS: i64 = 300;
 const ANSWER_TICKS_FULL: i64 = 1000;
 
 impl Bench {
-    /// Answers a request for a keyframe, unless the answer to the same one is still on its way over a line that is full.
+    /// Answers a request for a keyframe, unless one that answers it too is still on its way over a line that is full.
     pub(in crate::room) fn answer_resync(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
         let Some(seat) = self.seats.get_mut(&peer) else { return };
         let answer_ticks = if seat.telling == Telling::Asked { ANSWER_TICKS_FULL } else { ANSWER_TICKS };
-        let is_coming = |(from, at): (u32, Tick)| from == have && now.since(at) < answer_ticks;
-        if have > 0 && seat.answered.is_some_and(is_coming) {
+        // what leads on from an older one leads on from this one as well, which may have come by pulses that were still on their way
+        let is_coming = |(over, at): &(Range<u32>, Tick)| over.contains(&have) && now.since(*at) < answer_ticks;
+        if have > 0 && seat.answered.as_ref().is_some_and(is_coming) {
             return;
         }
-        seat.answered = Some((have, now));
+        seat.answered = (have > 0).then_some((have..self.author.latest().0, now));
         self.resync(peer, have, outbox);
     }
 
