@@ -175,6 +175,49 @@ pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<P
     sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_open, slide_soft, ..*held })
 }
 
+/// Constants of a bite that is deeper than the strokes that [`SLIDING`] is fitted to, in this order.
+pub const BITE: [&str; 2] = ["slide_rises", "slide_steep"];
+
+/// The constants of a deep bite of a law.
+#[must_use]
+pub fn bite(law: &PlasticLaw) -> [f64; BITE.len()] {
+    [law.slide_rises, law.slide_steep].map(f64::from)
+}
+
+/// The law with these constants of a deep bite; `None` where it makes no sense.
+fn bite_law(bite: [f64; BITE.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
+    let [slide_rises, slide_steep] = bite.map(|value| value as f32);
+    let sense = (0.05..=1.0).contains(&slide_rises) && (0.0..=0.9).contains(&slide_steep);
+    sense.then_some(PlasticLaw { slide_rises, slide_steep, ..*held })
+}
+
+/// Score of a deep bite, as that of a stroke.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged.
+pub fn bite_score(law: PlasticLaw, grid: GridShape) -> Result<f64, FitError> {
+    let drawn = strokes::draw_deep(PlasticCsem { law }, grid)?;
+    Ok(drawn.iter().map(StrokeFigures::score).sum::<f64>() / drawn.len().max(1) as f64)
+}
+
+/// Fits the constants of a deep bite, with all else of `start` held.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged.
+pub fn fit_bite(
+    start: PlasticLaw,
+    grid: GridShape,
+    iterations: u32,
+    tell: impl FnMut(u32, f64),
+) -> Result<Fitted, FitError> {
+    let rated = |values: [f64; BITE.len()]| match bite_law(values, &start) {
+        Some(law) => bite_score(law, grid),
+        None => Ok(OUT_OF_RANGE),
+    };
+    let found = simplex::descend(bite(&start), iterations, rated, tell)?;
+    Ok(Fitted { law: bite_law(found.at, &start).unwrap_or(start), score: found.value })
+}
+
 /// The law with which the forces along the motion of the strokes come out best, with all else held: they are proportional to
 /// `1 + slide_heap`, so that the least squares are a quotient.
 ///

@@ -43,10 +43,11 @@ const EDGE_M: f32 = 1e-6;
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is sharper, `κ` to the fourth power. Where the contact leans to
+///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is sharper, `κ` to the fourth power, and no more than
+///   0.6 rises wholly sliding. Where the contact leans to
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.78·o` of what else
-///   would not rise does, and the pressure is less by 0.17·o. Clay heaps up before it: what of the force is against the motion is
-///   0.37·σ greater;
+///   would not rise does, and the pressure is less by 0.17·o. Clay before a steep tool has somewhere to go: with
+///   `g = (s² − 0.3)⁺` the pressure is less by `0.31·σ·g/(g + 0.2)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there: what of the force is against the motion is 0.37·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
@@ -233,7 +234,7 @@ impl PlasticCsem {
             slide,
             ellipse,
         };
-        let pressure_pa = hardness_pa / spot.mean() * (1.0 - law.slide_soft * spot.open);
+        let pressure_pa = hardness_pa / spot.mean() * law.bears(spot.slide.share, slope, spot.open);
         Met { pressure_pa, strain, around: law.around(half_m / spot.ellipse.radius_m, slope), spot }
     }
 

@@ -29,7 +29,8 @@ pub struct Touch {
 /// `Δ = (s·F + K·(x_d − x))·n/(K + k)`, where k = 2·s·F/p is the slope of a contact whose area grows with its depth p and more than that of one
 /// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. At an edge, where a contact
 /// grows faster than that, k is what the last tick's place and force say. Across the
-/// normal it slides as [`Drag`] lets it.
+/// normal it slides as [`Drag`] lets it. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`: without that it is
+/// thrown within a tick where a contact is lost or met at an edge, and the hand is knocked.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Proxy {
     /// Where it is meant to be, and where it was pressed, to the step in which places travel.
@@ -39,6 +40,8 @@ pub(super) struct Proxy {
     felt_n: Vec3,
     normal: Vec3,
     stiffness_n_m: f32,
+    /// How fast it goes, m/s.
+    speed_m_s: f32,
     drag: Drag,
     clay_velocity_m_s: Vec3,
 }
@@ -48,6 +51,9 @@ impl Proxy {
     const SHALLOW_M: f32 = 1e-6;
     /// Shorter ways say nothing of how fast a contact grows, m: of the order of a step of an encoder.
     const TOLD_M: f32 = 50e-6;
+    /// How fast it gathers speed at rest, m/s², and by how many times its speed a second more.
+    const GATHERS_M_S2: f32 = 50.0;
+    const GATHERS_PER_S: f32 = 300.0;
     /// Share of the coupling's stiffness below which a contact is none; slip of water has ten times as much.
     const LEFT: f32 = 0.02;
 
@@ -72,7 +78,7 @@ impl Proxy {
     /// Follows a device for dt.
     pub(super) fn follow(&mut self, device_m: Vec3, coupling: &Coupling, peak_n: f32, dt: Seconds) -> Vec3 {
         let stiffness = coupling.stiffness_n_m;
-        let at_m = if self.is_free(coupling) {
+        let to_m = if self.is_free(coupling) {
             device_m
         } else {
             let reach_m = (device_m - self.pressed_m).clamp_length_max(peak_n / stiffness);
@@ -82,6 +88,10 @@ impl Proxy {
             let slip_m = self.drag.slip_m(along(reach_m) - carried_m, stiffness, dt);
             self.pressed_m + self.normal * into + carried_m + slip_m
         };
+        let gathered_m_s = self.speed_m_s + (Self::GATHERS_M_S2 + self.speed_m_s * Self::GATHERS_PER_S) * dt.0;
+        let way_m = self.at_m.map_or(Vec3::ZERO, |from_m| (to_m - from_m).clamp_length_max(gathered_m_s * dt.0));
+        let at_m = self.at_m.map_or(to_m, |from_m| from_m + way_m);
+        self.speed_m_s = way_m.length() / dt.0;
         self.at_m = Some(at_m);
         at_m
     }
@@ -93,7 +103,7 @@ impl Proxy {
         self.pressed_m = touch.centre.point_m();
         // stopped on its way: there it is
         if self.at_m.is_none_or(|at_m| (at_m - self.pressed_m).abs().max_element() > 0.6 * step_m) {
-            self.at_m = Some(self.pressed_m);
+            (self.at_m, self.speed_m_s) = (Some(self.pressed_m), 0.0);
         }
         self.felt_n = touch.force_n * felt_share;
         let force_n = self.felt_n.length();

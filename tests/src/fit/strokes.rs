@@ -71,8 +71,9 @@ const DRAWINGS: &[Drawing] = &[
 /// Drawings that nothing is fitted to.
 const HELD_OUT: &[Drawing] = &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0)];
 
-/// A bite deeper than anything is fitted to.
+/// A bite twice as deep as those, to which two constants more are fitted, and one that nothing is fitted to.
 const DEEP: &[Drawing] = &[drawing!("stroke_d2", 12.0, 1: 2.0 0.0)];
+const DEEP_HELD_OUT: &[Drawing] = &[drawing!("stroke_ball20_d2", 20.0, 1: 2.0 0.0)];
 
 /// What a method makes of a stroke.
 #[derive(Clone, Copy, Debug)]
@@ -109,12 +110,20 @@ pub fn draw_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<
     draw_all(HELD_OUT, method, grid)
 }
 
-/// Draws with a method a bite that is twice as deep as those that are fitted to.
+/// Draws with a method a bite that is twice as deep as the strokes.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw_deep(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
     draw_all(DEEP, method, grid)
+}
+
+/// Draws with a method such a bite that is held out of every fit.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged or the pot cannot be made.
+pub fn draw_deep_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(DEEP_HELD_OUT, method, grid)
 }
 
 fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {

@@ -140,6 +140,7 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("stroke_ball16_d1f4", drawn(16.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_d2", Drawing { rezoned: true, ..drawn(12.0, &[[2.0, 0.0]]) }),
+        ("stroke_ball20_d2", Drawing { rezoned: true, ..drawn(20.0, &[[2.0, 0.0]]) }),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()
