@@ -29,8 +29,9 @@ pub struct Touch {
 /// `Δ = (s·F + K·(x_d − x))·n/(K + k)`, where k = 2·s·F/p is the slope of a contact whose area grows with its depth p and more than that of one
 /// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. At an edge, where a contact
 /// grows faster than that, k is what the last tick's place and force say. Across the
-/// normal it slides as [`Drag`] lets it. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`: without that it is
-/// thrown within a tick where a contact is lost or met at an edge, and the hand is knocked.
+/// normal it slides as [`Drag`] lets it. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`, until
+/// it is free and where the device is: without that it is thrown within a tick where a contact is lost or met at an edge, and the
+/// hand is knocked.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Proxy {
     /// Where it is meant to be, and where it was pressed, to the step in which places travel.
@@ -40,8 +41,9 @@ pub(super) struct Proxy {
     felt_n: Vec3,
     normal: Vec3,
     stiffness_n_m: f32,
-    /// How fast it goes, m/s.
+    /// How fast it goes, m/s, and whether it is where the device is, with nothing between them.
     speed_m_s: f32,
+    joined: bool,
     drag: Drag,
     clay_velocity_m_s: Vec3,
 }
@@ -78,7 +80,8 @@ impl Proxy {
     /// Follows a device for dt.
     pub(super) fn follow(&mut self, device_m: Vec3, coupling: &Coupling, peak_n: f32, dt: Seconds) -> Vec3 {
         let stiffness = coupling.stiffness_n_m;
-        let to_m = if self.is_free(coupling) {
+        let free = self.is_free(coupling);
+        let to_m = if free {
             device_m
         } else {
             let reach_m = (device_m - self.pressed_m).clamp_length_max(peak_n / stiffness);
@@ -88,10 +91,12 @@ impl Proxy {
             let slip_m = self.drag.slip_m(along(reach_m) - carried_m, stiffness, dt);
             self.pressed_m + self.normal * into + carried_m + slip_m
         };
-        let gathered_m_s = self.speed_m_s + (Self::GATHERS_M_S2 + self.speed_m_s * Self::GATHERS_PER_S) * dt.0;
-        let way_m = self.at_m.map_or(Vec3::ZERO, |from_m| (to_m - from_m).clamp_length_max(gathered_m_s * dt.0));
-        let at_m = self.at_m.map_or(to_m, |from_m| from_m + way_m);
-        self.speed_m_s = way_m.length() / dt.0;
+        let from_m = self.at_m.unwrap_or(to_m);
+        let gathered_m = (self.speed_m_s + (Self::GATHERS_M_S2 + self.speed_m_s * Self::GATHERS_PER_S) * dt.0) * dt.0;
+        let comes = free && self.joined || to_m.distance(from_m) <= gathered_m;
+        let at_m = if comes { to_m } else { from_m + (to_m - from_m).clamp_length_max(gathered_m) };
+        self.speed_m_s = at_m.distance(from_m) / dt.0;
+        self.joined = free && comes;
         self.at_m = Some(at_m);
         at_m
     }
