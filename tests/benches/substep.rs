@@ -27,7 +27,9 @@ const CASES: [([u32; 2], f32, f32); 6] = [
 ];
 
 fn main() {
-    println!("Times in µs: of a step with the vectors of this machine, with the narrowest, and of a snapshot.");
+    println!(
+        "Times in µs, ns_touched in ns: of a step with the vectors of this machine, with the narrowest, and of a snapshot."
+    );
     println!(
         "p50, p99 and p99.9 are of all steps of {RUNS} runs. own_p99.9 takes of each step the median of the runs, which leaves out what"
     );
@@ -35,7 +37,7 @@ fn main() {
         "interrupted one of them; loop_p99.9 is a loop as long as p50 that only counts, and so nothing but interruptions."
     );
     println!(
-        "method   grid      tool_mm depth_mm elements    p50    p99  p99.9 own_p99.9 loop_p99.9  narrow_p50 publish_p50 bytes_p50"
+        "method   grid      tool_mm depth_mm elements touched    p50    p99  p99.9 own_p99.9 loop_p99.9  ns_touched  narrow_p50 publish_p50 bytes_p50"
     );
     for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
         for case in CASES {
@@ -51,16 +53,17 @@ fn run(method: MethodKind, case: ([u32; 2], f32, f32)) {
     let own_us = sorted((0..STEPS).map(|step| quantile(&sorted(runs.iter().map(|run| run.steps_us[step])), 0.5)));
     let narrow_us = sorted(steps(method, case, Vectors::baseline()).steps_us.into_iter());
     let loop_us = counting(quantile(&all_us, 0.5));
-    let Measured { publishes_us, bytes, elements, .. } = &runs[0];
+    let Measured { publishes_us, bytes, elements, touched, .. } = &runs[0];
+    let step_us = quantile(&all_us, 0.5);
     println!(
-        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {:>6.1} {:>6.1} {:>6.1} {:>9.1} {:>10.1} {:>11.1} {:>11.0} {:>9.0}",
+        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {touched:>7} {step_us:>6.1} {:>6.1} {:>6.1} {:>9.1} {:>10.1} {:>11.2} {:>11.1} {:>11.0} {:>9.0}",
         format!("{method:?}"),
         format!("{columns}x{rows}"),
-        quantile(&all_us, 0.5),
         quantile(&all_us, 0.99),
         quantile(&all_us, 0.999),
         quantile(&own_us, 0.999),
         quantile(&loop_us, 0.999),
+        step_us * 1e3 / f64::from(*touched),
         quantile(&narrow_us, 0.5),
         quantile(publishes_us, 0.5),
         quantile(bytes, 0.5),
@@ -94,6 +97,8 @@ struct Measured {
     publishes_us: Vec<f64>,
     bytes: Vec<f64>,
     elements: u32,
+    /// Elements of the windows that the last step wrote to, those beyond the contact that it moves with it included.
+    touched: u32,
 }
 
 fn quantile(sorted: &[f64], share: f64) -> f64 {
@@ -111,14 +116,18 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(-60.0)));
     let response = Material::default().response(Seconds(1e-3));
     let (mut steps_us, mut publishes_us, mut bytes, mut elements) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    let mut written = 0;
     for step in 0..STEPS {
         let turn = step as f32 * 1e-3 * std::f32::consts::TAU;
         let distance = (60.0 + tool_mm - depth_mm) * 1e-3;
         let centre_m = Vec3::new(distance * turn.cos(), distance * turn.sin(), 0.05 + step as f32 * 2.5e-5);
         let press = Press { turning: 1, response, ..Press::held(tool, centre_m) };
+        written = 0;
         let begin = Instant::now();
-        let contacts =
-            substep.advance(&mut pot, &[press], method, |surface, window| touched.add_window(surface, window));
+        let contacts = substep.advance(&mut pot, &[press], method, |surface, window| {
+            touched.add_window(surface, window);
+            written += window.columns * window.rows;
+        });
         steps_us.push(begin.elapsed().as_secs_f64() * 1e6);
         elements = black_box(contacts[0].elements);
         if step % 17 == 0 {
@@ -133,5 +142,5 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
     for measured in [&mut publishes_us, &mut bytes] {
         measured.sort_by(f64::total_cmp);
     }
-    Measured { steps_us, publishes_us, bytes, elements }
+    Measured { steps_us, publishes_us, bytes, elements, touched: written }
 }
