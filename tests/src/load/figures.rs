@@ -31,6 +31,8 @@ pub struct Tally {
     pub correction_nm: Histogram<u64>,
     /// How late sends began, µs.
     pub lag_us: Histogram<u64>,
+    /// How late those who only look on did what they do by the clock, µs.
+    pub look_lag_us: Histogram<u64>,
     /// Sends that were due.
     pub sends: u64,
     /// Sends that began so late that they count as left out.
@@ -68,6 +70,7 @@ impl Default for Tally {
             age_us: histogram(),
             correction_nm: histogram(),
             lag_us: histogram(),
+            look_lag_us: histogram(),
             sends: 0,
             dropped_sends: 0,
             held_back: 0,
@@ -98,6 +101,7 @@ impl Tally {
             (&mut self.age_us, &other.age_us),
             (&mut self.correction_nm, &other.correction_nm),
             (&mut self.lag_us, &other.lag_us),
+            (&mut self.look_lag_us, &other.look_lag_us),
         ] {
             own.add(others).expect("all histograms have the same bounds");
         }

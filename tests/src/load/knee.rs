@@ -27,7 +27,7 @@ pub struct Step {
     pub input_delta_p99_ms: f64,
     /// Age of clay.
     pub delta_age_p99_ms: f64,
-    /// How late the generator was.
+    /// How late sends were.
     pub schedule_lag_p99_ms: f64,
     /// Processor time of the server, % of a core.
     pub server_cpu_percent: f64,

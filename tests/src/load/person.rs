@@ -69,8 +69,8 @@ pub struct Studio {
     pub ledger: Ledger,
     /// What hands do.
     pub strokes: Vec<Arc<Stroke>>,
-    /// Sockets, each shared by some people.
-    pub endpoints: Vec<quinn::Endpoint>,
+    /// Sockets of those who press and of those who look on, each shared by some people.
+    pub endpoints: [Vec<quinn::Endpoint>; 2],
     /// Potters whose last press is confirmed, after the work.
     pub settled: AtomicU32,
 }
@@ -164,6 +164,12 @@ impl Person {
         Self { studio: Arc::clone(studio), number, subject, presses, is_full, is_slow, path, flaps, storms, stage }
     }
 
+    /// Whether it presses, and does not only look on.
+    #[must_use]
+    pub const fn presses(&self) -> bool {
+        self.presses
+    }
+
     fn now(&self) -> Duration {
         self.studio.epoch.elapsed()
     }
@@ -214,7 +220,9 @@ impl Person {
             None => Client::greeting(studio.code.room(), self.subject.0, true),
             Some(_) => Watcher::greeting(studio.code.room(), WATCH_BYTES_PER_S),
         };
-        let endpoint = &studio.endpoints[self.number as usize % studio.endpoints.len()];
+        let [hands, eyes] = &studio.endpoints;
+        let endpoints = if self.presses { hands } else { eyes };
+        let endpoint = &endpoints[self.number as usize % endpoints.len()];
         let opened = join(endpoint, &target, &greeting, |answer, round_trip| {
             let now = match protocol::decode::<CONTROL_MAX, Notice>(answer)? {
                 Notice::Welcome(welcome) => welcome.now,
@@ -305,6 +313,8 @@ impl Person {
         while let Some(due) = stay.schedule.next_due(now) {
             if self.presses {
                 self.press(stay, due, stage);
+            } else {
+                self.count(|tally| tally.look_lag_us.saturating_record((now - due).as_micros() as u64));
             }
         }
         if stay.hand.as_ref().is_some_and(Hand::is_settled) && stage >= Stage::Settle && !stay.has_settled {

@@ -167,6 +167,9 @@ pub struct RunResult {
     pub correction_mm: Quantiles,
     /// How late sends began.
     pub schedule_lag_ms: Quantiles,
+    /// How late those who only look on did what they do by the clock: so late they may read what came as well.
+    #[serde(default)]
+    pub look_lag_ms: Quantiles,
     /// Sends that were due, and of those the ones left out.
     pub sends: u64,
     /// See `sends`.
@@ -241,6 +244,7 @@ impl RunResult {
         self.delta_age_ms = Quantiles::of(&tally.age_us, 1e-3);
         self.correction_mm = Quantiles::of(&tally.correction_nm, 1e-6);
         self.schedule_lag_ms = Quantiles::of(&tally.lag_us, 1e-3);
+        self.look_lag_ms = Quantiles::of(&tally.look_lag_us, 1e-3);
         (self.sends, self.dropped_sends, self.held_back) = (tally.sends, tally.dropped_sends, tally.held_back);
         (self.datagrams, self.down_bytes, self.up_bytes) = (tally.datagrams, tally.down_bytes, tally.up_bytes);
         self.up_lost_percent = 100.0 * tally.up_lost as f64 / tally.up_packets.max(1) as f64;
@@ -258,6 +262,7 @@ impl RunResult {
             "delta_age_ms" => self.delta_age_ms,
             "correction_mm" => self.correction_mm,
             "schedule_lag_ms" => self.schedule_lag_ms,
+            "look_lag_ms" => self.look_lag_ms,
             "server_wake_ms" => self.server.as_ref()?.wake_ms,
             _ => return None,
         })

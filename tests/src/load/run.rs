@@ -12,6 +12,7 @@ use std::time::Duration;
 use pottery_client::JoinError;
 use pottery_client::stroke::{Stroke, StrokeError};
 use pottery_shared::protocol::JoinCode;
+use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
@@ -140,14 +141,23 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     if let Some(host) = &spawned {
         eprintln!("server      {} (process {})", host.address, host.process());
     }
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(options.threads)
-        .enable_all()
-        .build()
-        .map_err(RunError::Threads)?;
-    let result = runtime.block_on(work(plan, options, spawned.as_ref(), load_before));
-    runtime.shutdown_timeout(Duration::from_secs(1));
+    let runtime = || {
+        let mut builder = tokio::runtime::Builder::new_multi_thread();
+        builder.worker_threads(options.threads).enable_all().build().map_err(RunError::Threads)
+    };
+    // who presses keeps a schedule: hundreds who read what has come at once are not to stand before it in a queue
+    let (eyes, hands) = (runtime()?, runtime()?);
+    let result = eyes.block_on(work(plan, options, spawned.as_ref(), load_before, hands.handle()));
+    hands.shutdown_timeout(Duration::from_secs(1));
+    eyes.shutdown_timeout(Duration::from_secs(1));
     result
+}
+
+/// Sockets for so many people, served by the threads that `on` names.
+fn sockets(people: u32, on: &Handle) -> Result<Vec<quinn::Endpoint>, RunError> {
+    let _on = on.enter();
+    let sockets = people.div_ceil(PEOPLE_A_SOCKET).max(1);
+    Ok((0..sockets).map(|_| pottery_client::endpoint()).collect::<Result<_, _>>()?)
 }
 
 fn keep(apart: Option<&Apart>, side: impl FnOnce(&Apart) -> std::io::Result<Kept>) -> Result<Option<Kept>, RunError> {
@@ -165,6 +175,7 @@ async fn work(
     options: &Options,
     spawned: Option<&Host>,
     load_before: String,
+    hands: &Handle,
 ) -> Result<RunResult, RunError> {
     let (address, code) = match &options.against {
         Against::Running { address, code } => (address.clone(), code.clone()),
@@ -172,8 +183,8 @@ async fn work(
             spawned.map(|host| (host.address.to_string(), host.code.clone())).ok_or(RunError::Gone)?
         }
     };
-    let sockets = plan.people().div_ceil(PEOPLE_A_SOCKET).max(1);
-    let endpoints = (0..sockets).map(|_| pottery_client::endpoint()).collect::<Result<Vec<_>, _>>()?;
+    let eyes = Handle::current();
+    let endpoints = [sockets(plan.potters, hands)?, sockets(plan.spectators, &eyes)?];
     let studio = Arc::new(Studio {
         plan,
         address,
@@ -189,7 +200,9 @@ async fn work(
     let (stage, told) = watch::channel(Stage::Work);
     let mut people = JoinSet::new();
     for number in 0..studio.plan.people() {
-        people.spawn(Person::new(&studio, number, told.clone()).live());
+        let person = Person::new(&studio, number, told.clone());
+        let threads = if person.presses() { hands } else { &eyes };
+        people.spawn_on(person.live(), threads);
     }
     let mut watched = Watched::new(&studio, options, spawned, load_before);
     watched.watch().await?;
@@ -200,7 +213,7 @@ async fn work(
     stage.send_replace(Stage::Leave);
     people.abort_all();
     while people.join_next().await.is_some() {}
-    for endpoint in &studio.endpoints {
+    for endpoint in studio.endpoints.iter().flatten() {
         endpoint.close(0_u32.into(), b"goodbye");
     }
     Ok(watched.judge(outcomes))
@@ -267,6 +280,7 @@ impl<'a> Watched<'a> {
             delta_age_ms: none,
             correction_mm: none,
             schedule_lag_ms: none,
+            look_lag_ms: none,
             sends: 0,
             dropped_sends: 0,
             held_back: 0,
@@ -507,8 +521,9 @@ impl<'a> Watched<'a> {
             ));
             self.result.said.extend(self.result.diverged.first().map(|diverged| diverged.said.clone()));
         }
-        let lag_p99 = Duration::from_micros(self.total.lag_us.value_at_quantile(0.99));
-        let fault = self.options.punctuality.fault(lag_p99, self.total.sends, self.total.dropped_sends);
+        let p99 = |histogram: &hdrhistogram::Histogram<u64>| Duration::from_micros(histogram.value_at_quantile(0.99));
+        let lags = [&self.total.lag_us, &self.total.look_lag_us].map(p99);
+        let fault = self.options.punctuality.fault(lags, self.total.sends, self.total.dropped_sends);
         if let Some(fault) = fault {
             verdict = Verdict::Invalid;
             self.result.said.insert(0, format!("this run is invalid and says nothing of the server: {fault}"));

@@ -59,13 +59,14 @@ pub enum ThresholdError {
 }
 
 /// Figures that have quantiles.
-pub const WITH_QUANTILES: [&str; 7] = [
+pub const WITH_QUANTILES: [&str; 8] = [
     "join_ms",
     "input_delta_ms",
     "input_delta_uncorrected_ms",
     "delta_age_ms",
     "correction_mm",
     "schedule_lag_ms",
+    "look_lag_ms",
     "server_wake_ms",
 ];
 /// Figures that are one number.

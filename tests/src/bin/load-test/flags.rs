@@ -40,7 +40,8 @@ file with the same entries as those in tests/data/load/.
 
 How to read it: inputs are due every 10 ms whatever the server does, and input_delta_ms runs from the moment at which one
 was due to the clay that holds it. The uncorrected figure runs from when it was sent. If the generator is late itself
-(schedule_lag_ms), the run is invalid: it says nothing of the server. A star marks seconds that are left out of the figures.
+(schedule_lag_ms of those who press, look_lag_ms of those who look on), the run is invalid: it says nothing of the server.
+A star marks seconds that are left out of the figures.
 
 Exit codes: 0 every threshold holds, 99 one is broken, 98 the run is invalid, 97 somebody's clay is not the server's,
 2 a flag makes no sense, 1 anything else.";
@@ -132,10 +133,10 @@ pub(crate) struct RunFlags {
     /// End with the first threshold that is broken
     #[arg(long)]
     abort_on_fail: bool,
-    /// How late the generator may send at the 99th percentile before the run is invalid
+    /// How late the generator may send at the 99th percentile before the run is invalid; who looks on may be 17 ms late
     #[arg(long, value_name = "MS", default_value_t = 5.0)]
     lag_max_ms: f64,
-    /// Threads of the generator
+    /// Threads of the generator for those who press, and as many for those who look on
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: u8,
     /// Write all figures, with every second, as JSON
