@@ -300,7 +300,7 @@ impl Ticking {
                         // it may have shrunk or grown since the last pulse
                         self.room.set_datagram_bytes(transmit.to, link.datagram_bytes());
                     }
-                    link.send_datagram(bytes.into())
+                    link.send_datagram(bytes)
                 }
                 Lane::Control(bytes) => link.send_control(bytes),
                 Lane::Keyframe(bytes) => link.send_keyframe(bytes),

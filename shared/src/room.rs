@@ -24,6 +24,8 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 
+use bytes::Bytes;
+
 use crate::clay::{Conditions, Form, Material, Method, MethodKind, Pot, PotError, PotSpec};
 use crate::protocol::{NoGuidance, NoOrder, Notice, Request, Role};
 use crate::session::{Peer, PeerError, Refusals, Telling};
@@ -81,8 +83,8 @@ pub struct Transmit {
 /// The ways to send.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// Unreliable; drop it rather than delay the next.
-    Datagram(Vec<u8>),
+    /// Unreliable; drop it rather than delay the next. Many get the same, and then share it.
+    Datagram(Bytes),
     /// On the control stream, in order.
     Control(Vec<u8>),
     /// On a stream of its own, behind everything else.

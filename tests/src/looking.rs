@@ -169,7 +169,7 @@ impl World {
                     if self.dice.chance(self.loss) {
                         continue;
                     }
-                    Parcel::Datagram(bytes)
+                    Parcel::Datagram(bytes.into())
                 }
                 Lane::Keyframe(bytes) => {
                     looker.keyframe_bytes += bytes.len() as u64;

@@ -115,7 +115,7 @@ fn slacks(seed: u64, quality: Quality, fast_ppm: i64, until_ms: u64) -> Slacks {
             let Lane::Datagram(bytes) = transmit.lane else { continue };
             for arrival in down.carry(time, bytes.len()) {
                 sent += 1;
-                parcels.insert((arrival, sent), Parcel::Down(bytes.clone()));
+                parcels.insert((arrival, sent), Parcel::Down(bytes.to_vec()));
             }
         }
         if now > SETTLED_MS {

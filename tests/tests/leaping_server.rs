@@ -111,7 +111,7 @@ impl World {
         self.room.advance(Tick(now));
         while let Some(transmit) = self.room.poll_transmit() {
             let said = match transmit.lane {
-                Lane::Datagram(bytes) => Said::Datagram(bytes),
+                Lane::Datagram(bytes) => Said::Datagram(bytes.into()),
                 Lane::Control(bytes) => Said::Control(bytes),
                 Lane::Keyframe(bytes) => Said::Keyframe(bytes),
                 Lane::Close => panic!("somebody is let go"),

@@ -67,20 +67,28 @@ fn look(display: &Display, target: &Target, arguments: &[&str]) -> Child {
     studio
 }
 
-/// Whether a studio that was told to close ends well; told again after a while, since the server of a display that is busy loses keys.
-fn ended(display: &Display, mut studio: Child) -> bool {
+/// Presses Escape until what it does is seen: the server of a display that is busy loses keys.
+fn escape(display: &Display, what: &str, mut is_so: impl FnMut() -> bool) {
+    display.run("xdotool", &["key", "Escape"]);
     let (mut told, deadline) = (Instant::now(), Instant::now() + PATIENCE);
-    loop {
-        if let Some(status) = studio.try_wait().unwrap() {
-            return status.success();
-        }
-        assert!(Instant::now() < deadline, "the studio does not close");
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{what} is not seen");
         if told.elapsed() > PATIENCE / 6 {
             display.run("xdotool", &["key", "Escape"]);
             told = Instant::now();
         }
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Whether a studio that is told to close ends well.
+fn ended(display: &Display, mut studio: Child) -> bool {
+    let mut status = None;
+    escape(display, "the studio's end", || {
+        status = studio.try_wait().unwrap();
+        status.is_some()
+    });
+    status.is_some_and(|status| status.success())
 }
 
 #[test]
@@ -113,11 +121,10 @@ fn a_class_is_seen_at_a_glance_and_the_wheel_that_is_clicked_on_closely() {
     // the pot stands in the middle, where four parts meet
     const MIDDLE: [usize; 4] = [450, 300, 100, 100];
     until(&display, "wheel 4 closely", |pixels| clay(pixels, MIDDLE) > 6000);
-    display.run("xdotool", &["key", "Escape"]);
-    until(&display, "four pots again", |pixels| {
-        clay(pixels, MIDDLE) < 1000 && PARTS.iter().all(|part| clay(pixels, *part) > 3000)
+    escape(&display, "four pots again", || {
+        let pixels = display.pixels();
+        clay(&pixels, MIDDLE) < 1000 && PARTS.iter().all(|part| clay(&pixels, *part) > 3000)
     });
-    display.run("xdotool", &["key", "Escape"]);
     assert!(ended(&display, studio));
     runtime.block_on(async {
         potter.leave().await.unwrap();
@@ -143,7 +150,6 @@ fn a_wheel_that_there_is_not_is_refused_and_one_that_there_is_is_shown_alone() {
 
     let studio = look(&display, &target, &["spectator", "--wheel", "2"]);
     until(&display, "wheel 2", |pixels| clay(pixels, [450, 300, 100, 100]) > 6000);
-    display.run("xdotool", &["key", "Escape"]);
     assert!(ended(&display, studio));
     runtime.block_on(server.stop());
 }
@@ -162,9 +168,7 @@ fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_i
     let looks = [&works[..], &["--watch", "spectator"]].concat();
     let displays = [Display::new(), Display::new()];
     let kept = displays.each_ref().map(|display| display.preferences().with_file_name("known-studios.toml"));
-    let close = |display: &Display| {
-        display.run("xdotool", &["windowfocus", &display.window(&[]), "key", "--delay", "100", "Escape"]);
-    };
+    let focus = |display: &Display| display.run("xdotool", &["windowfocus", &display.window(&[])]);
     for ((display, kept), arguments) in displays.iter().zip(&kept).zip([&works[..], &looks]) {
         let studio = display.studio(arguments);
         let deadline = Instant::now() + PATIENCE;
@@ -172,7 +176,7 @@ fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_i
             assert!(Instant::now() < deadline, "{arguments:?}: the key is not kept");
             std::thread::sleep(Duration::from_millis(50));
         }
-        close(display);
+        focus(display);
         assert!(ended(display, studio), "{arguments:?}");
     }
     runtime.block_on(first.stop());
@@ -184,7 +188,7 @@ fn whoever_looks_on_with_a_short_code_is_warned_when_the_key_is_another_and_so_i
         assert!(!output.status.success() && said.contains("another key"), "{arguments:?}: {said}");
         assert_eq!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: forgotten without a word");
         let studio = display.studio(&[arguments, &["--trust-new-key"]].concat());
-        close(display);
+        focus(display);
         assert!(ended(display, studio), "{arguments:?}");
         assert_ne!(fs::read_to_string(kept).unwrap(), before, "{arguments:?}: the new key is not kept");
     }
@@ -263,7 +267,6 @@ fn who_looks_on_sees_how_far_every_pot_is_from_what_it_is_to_become_and_a_teache
     let says = |window: &Controls<'_>| window.says("wheel 3").unwrap();
     assert!(says(&opened[1].1).contains(&name) && !says(&opened[0].1).contains(&name), "names are for the teacher");
     for (display, (studio, _)) in displays.iter().zip(opened) {
-        display.run("xdotool", &["key", "Escape"]);
         assert!(ended(display, studio));
     }
     runtime.block_on(async {

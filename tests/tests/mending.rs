@@ -134,7 +134,7 @@ impl World {
         while let Some(transmit) = self.room.poll_transmit() {
             self.sent += 1;
             let (way, parcel) = match transmit.lane {
-                Lane::Datagram(bytes) => (WAY_MS, Parcel::Datagram(bytes)),
+                Lane::Datagram(bytes) => (WAY_MS, Parcel::Datagram(bytes.into())),
                 Lane::Control(bytes) => (WAY_MS, Parcel::Control(bytes)),
                 Lane::Keyframe(bytes) => {
                     self.keyframes.push((transmit.to, protocol::decode::<KEYFRAME_MAX, _>(&bytes).unwrap()));

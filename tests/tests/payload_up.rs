@@ -117,7 +117,7 @@ fn upstream(seed: u64, quality: Quality, is_rib: bool) -> (f64, f64) {
                 Lane::Datagram(bytes) => {
                     for arrival in down.carry(time, bytes.len()) {
                         sent += 1;
-                        parcels.insert((arrival, sent), Parcel::Down(bytes.clone()));
+                        parcels.insert((arrival, sent), Parcel::Down(bytes.to_vec()));
                     }
                 }
                 Lane::Control(frame) => client.handle_control(&frame[2..]).unwrap(),

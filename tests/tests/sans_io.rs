@@ -162,7 +162,7 @@ impl World {
                         *self.carried.entry((to, fragment.version, fragment.index)).or_default() += 1;
                     }
                     if !self.deaf_ms.contains(&now) {
-                        self.post_datagram(now, bytes, |bytes| Parcel::ToClient(to, bytes));
+                        self.post_datagram(now, bytes.into(), |bytes| Parcel::ToClient(to, bytes));
                     }
                 }
                 Lane::Control(bytes) => self.post(now, true, Parcel::ControlToClient(to, bytes)),

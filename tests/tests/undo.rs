@@ -137,7 +137,7 @@ impl World {
         self.entries.extend(std::iter::from_fn(|| self.room.poll_journal()));
         while let Some(transmit) = self.room.poll_transmit() {
             let parcel = match transmit.lane {
-                Lane::Datagram(bytes) => Parcel::Down(bytes),
+                Lane::Datagram(bytes) => Parcel::Down(bytes.into()),
                 Lane::Control(framed) => Parcel::Told(bare(&framed)),
                 Lane::Keyframe(bytes) => Parcel::Keyframe(bytes),
                 Lane::Close => continue,

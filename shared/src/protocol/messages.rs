@@ -420,8 +420,8 @@ pub struct Upload {
     pub again: Option<u32>,
 }
 
-/// The part of a server's datagram that is for one client.
-#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+/// The part of a server's datagram that is for one client; by default that of one who only looks on.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct PulseHead {
     /// All of the client's samples below this number are in the latest snapshot.
     pub acknowledged: u32,

@@ -6,6 +6,8 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
+use bytes::Bytes;
+
 use super::bench::{Bench, Seen};
 use super::pieces::bodies;
 use super::{Outbox, PeerId};
@@ -95,7 +97,7 @@ pub(super) struct Audience {
 type Wholes = BTreeMap<(usize, Detail), (Version, Vec<u8>)>;
 
 /// Messages that are the same for all who were sent as much.
-type Made = BTreeMap<(usize, Detail, Version, bool), Vec<Vec<u8>>>;
+type Made<T> = BTreeMap<(usize, Detail, Version, bool), T>;
 
 impl Audience {
     pub(super) fn len(&self) -> usize {
@@ -321,7 +323,7 @@ fn show(
     (place, detail): (usize, Detail),
     shown: &mut Shown,
     now: Tick,
-    (made, keyframes, wholes): (&mut Made, &mut Made, &mut Wholes),
+    (made, keyframes, wholes): (&mut Made<Vec<Bytes>>, &mut Made<Vec<u8>>, &mut Wholes),
     mut send: impl FnMut(Lane),
 ) -> i64 {
     let Some(seen) = bench.seen(detail) else { return 0 };
@@ -342,8 +344,8 @@ fn show(
             }
             (whole.0, &whole.1)
         } else {
-            let all = keyframes.entry((place, detail, since, false)).or_insert_with(|| alloc::vec![encoded()]);
-            (seen.latest(), &all[0])
+            let made = keyframes.entry((place, detail, since, false)).or_insert_with(encoded);
+            (seen.latest(), &*made)
         };
         bytes += wrapped(keyframe);
         send(Lane::Keyframe(keyframe.clone()));
@@ -362,7 +364,7 @@ fn show(
         let sights = bodies.into_iter().enumerate().map(|(number, body)| {
             // who presses again was told how the wheel turns
             let turning = (number == 0 && !detail.is_retold()).then(|| bench.turning(now));
-            protocol::encode(&Sight { name: name_of((place, detail)), turning, body })
+            Bytes::from(protocol::encode(&Sight { name: name_of((place, detail)), turning, body }))
         });
         sights.collect()
     });

@@ -68,6 +68,8 @@ struct Seat {
     telling: Telling,
     /// The longest datagram that its path takes.
     datagram_bytes: usize,
+    /// The latest snapshot holds its samples below this number.
+    acknowledged: u32,
     /// Over which versions it was last told by a keyframe, and when.
     answered: Option<(Range<u32>, Tick)>,
     /// The snapshots that it was told of with the last pulse and the one before.
@@ -120,7 +122,6 @@ pub(super) struct Bench {
     pressers: Pressers,
     /// Since when a snapshot is due that waits for samples.
     owed_since: Option<Tick>,
-    acknowledged: BTreeMap<PeerId, u32>,
     presses: Vec<Press>,
     pressing: Vec<(PeerId, Pressed)>,
     /// Samples pressed since the history had its share of time.
@@ -181,7 +182,6 @@ impl Bench {
             snapshot_tick: Tick(0),
             pressers: Pressers::Nobody,
             owed_since: None,
-            acknowledged: BTreeMap::new(),
             presses: Vec::new(),
             pressing: Vec::new(),
             transcript: Some(Transcript::default()),
@@ -259,6 +259,7 @@ impl Bench {
             again_at: None,
             telling: Telling::Every(1),
             datagram_bytes: protocol::DATAGRAM_MAX,
+            acknowledged: 0,
             answered: None,
             told_of: [self.author.latest(); 2],
             leaving: false,
@@ -524,6 +525,7 @@ impl Bench {
     fn note_acknowledged(&mut self, tick: Tick, gone: &mut Refusals) {
         let journal = &mut self.journal;
         self.seats.retain(|_, seat| {
+            seat.acknowledged = seat.peer.inputs().acknowledged();
             let through = seat.leaving && seat.peer.inputs().is_empty();
             if through {
                 gone.add(seat.peer.inputs().refusals());
@@ -533,8 +535,6 @@ impl Bench {
             }
             !through
         });
-        self.acknowledged.clear();
-        self.acknowledged.extend(self.seats.iter().map(|(&peer, seat)| (peer, seat.peer.inputs().acknowledged())));
     }
 
     /// Takes a snapshot and keeps what leads to it, as far as anybody needs it and it may be told; false when it was too much

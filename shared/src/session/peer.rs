@@ -5,6 +5,8 @@
 
 use alloc::vec::Vec;
 
+use bytes::Bytes;
+
 use super::inputs::InputQueue;
 use super::runs;
 use super::{Allowance, hand_of};
@@ -167,13 +169,13 @@ impl Peer {
 
     /// A head and an encoded body make a datagram, since a message is the bytes of its fields in order.
     #[must_use]
-    pub fn pulse(head: &PulseHead, body: &[u8]) -> Vec<u8> {
+    pub fn pulse(head: &PulseHead, body: &[u8]) -> Bytes {
         let head = protocol::encode(head);
         // exactly as long as it is, so that whoever sends it need not copy it
         let mut bytes = Vec::with_capacity(head.len() + body.len());
         bytes.extend_from_slice(&head);
         bytes.extend_from_slice(body);
         debug_assert!(protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, Pulse>(&bytes).is_ok());
-        bytes
+        bytes.into()
     }
 }

@@ -148,7 +148,7 @@ impl Studio {
         }
         while let Some(transmit) = self.room.poll_transmit() {
             let parcel = match transmit.lane {
-                Lane::Datagram(bytes) => Parcel::Datagram(bytes),
+                Lane::Datagram(bytes) => Parcel::Datagram(bytes.into()),
                 Lane::Control(bytes) => Parcel::Control(bytes),
                 Lane::Keyframe(bytes) => Parcel::Keyframe(bytes),
                 Lane::Close => Parcel::Close,

@@ -62,8 +62,8 @@ impl Bench {
     /// that was made a moment ago, and with the next pulse what has happened since.
     pub(super) fn send_whole(&mut self, peer: PeerId, outbox: &mut Outbox) {
         let (goes_on, latest) = (self.goes_on(peer), self.author.latest());
-        let acknowledged = self.acknowledged.get(&peer).copied().unwrap_or(0);
         let Some(seat) = self.seats.get_mut(&peer) else { return };
+        let acknowledged = seat.acknowledged;
         let is_new = core::mem::take(&mut seat.is_new) && acknowledged == 0;
         let whole = &mut self.wholes[usize::from(goes_on)];
         whole.take_if(|whole| {
@@ -114,7 +114,7 @@ impl Bench {
             version: self.author.latest().0,
             since,
             tick: self.snapshot_tick.0,
-            acknowledged: self.acknowledged.get(&peer).copied().unwrap_or(0),
+            acknowledged: self.seats.get(&peer).map_or(0, |seat| seat.acknowledged),
             sight: None,
             mended,
             goes_on: self.goes_on(peer),

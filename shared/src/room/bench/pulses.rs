@@ -1,13 +1,15 @@
 //! What goes to everybody at a wheel with every snapshot, as often as each line bears.
 //!
 //! Owns the choice of what a pulse repeats; how often a line is told is `crate::session::Pace`'s choice.
-//! Invariant: what many are told is encoded once.
+//! Invariant: what many are told is encoded once, and what all of a datagram is the same for many is made once.
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
+use bytes::Bytes;
+
 use super::{Bench, Outbox, bodies};
-use crate::protocol::{self, Body, Fragment};
+use crate::protocol::{self, Body, Fragment, PulseHead};
 use crate::room::{Lane, Transmit};
 use crate::session::{Peer, Telling};
 use crate::snapshot::Version;
@@ -62,6 +64,7 @@ impl Bench {
         let last_words = oldest.map_or(self.author.latest(), |way| Version(way.version.0 - 1));
         // many get the same
         let mut encoded: BTreeMap<(bool, Version), Vec<Vec<u8>>> = BTreeMap::new();
+        let mut alike: BTreeMap<(bool, Version), Vec<Bytes>> = BTreeMap::new();
         for (&to, seat) in self.seats.iter_mut().filter(|(_, seat)| !seat.leaving) {
             let [last, before] = seat.told_of;
             // what waits on the way is not helped by more of it
@@ -80,7 +83,7 @@ impl Bench {
                 _ if seat.peer.loses(tick) => before,
                 _ => last,
             };
-            let head = seat.peer.pulse_head(self.acknowledged.get(&to).copied().unwrap_or(0));
+            let head = seat.peer.pulse_head(seat.acknowledged);
             seat.told_of = [self.author.latest(), last];
             let repeats = is_last_word(seat.retells) && seat.peer.loses(tick) && seat.telling == Telling::Every(1);
             let usual = if repeats { last_words.min(usual) } else { usual };
@@ -90,8 +93,12 @@ impl Bench {
                 let all = bodies(&first, newer.flat_map(|way| way.fragments(seat.retells)), longest);
                 all.iter().map(protocol::encode).collect()
             });
-            for body in bodies {
-                outbox.push_back(Transmit { to, lane: Lane::Datagram(Peer::pulse(&head, body)) });
+            let pulses = || bodies.iter().map(|body| Peer::pulse(&head, body));
+            let mut send = |pulse| outbox.push_back(Transmit { to, lane: Lane::Datagram(pulse) });
+            if head == PulseHead::default() {
+                alike.entry((seat.retells, from)).or_insert_with(|| pulses().collect()).iter().cloned().for_each(send);
+            } else {
+                pulses().for_each(&mut send);
             }
         }
     }
