@@ -19,7 +19,7 @@ pub struct Figures {
     pub ticks: u64,
     /// People who are in.
     pub people: usize,
-    /// Times the room woke up later than it was to by more than nearly a snapshot's period (15 ms): it is to every 2 ms at work, every 12 in quiet.
+    /// Times the room woke up later than it was to by more than nearly a snapshot's period (15 ms): it is to every 1 ms at work, every 12 in quiet.
     pub late: u64,
     /// Time from one wake-up of the room to the end of its work, µs: every due tick with all that is sent after it.
     pub wake_us: Histogram<u64>,

@@ -4,6 +4,7 @@
 //! Invariant: ticks done = milliseconds since the start, at every wake-up.
 
 use std::collections::BTreeMap;
+use std::ops::Bound::{Excluded, Unbounded};
 use std::time::Duration;
 
 use pottery_files::pot_file::PotFile;
@@ -22,8 +23,8 @@ use crate::recording::Recorder;
 use crate::store::Store;
 use crate::{Figures, InputCounts, Standing};
 
-/// How often the room is advanced; each time by all milliseconds that have passed.
-const WAKE_EVERY: Duration = Duration::from_millis(2);
+/// How often the room is advanced; each time by all milliseconds that have passed. With every tick, so that no snapshot waits for it.
+const WAKE_EVERY: Duration = Duration::from_millis(1);
 /// The same while nobody has said anything for a while, and while nobody is connected.
 const QUIET_EVERY: Duration = Duration::from_millis(12);
 const REST_EVERY: Duration = Duration::from_millis(50);
@@ -32,7 +33,7 @@ const QUIET_AFTER: Duration = Duration::from_millis(20);
 /// A wake-up that comes later than it was due by more than this is counted: the oldest of its ticks, at work, is then late by more than
 /// a snapshot's period.
 const LATE: Duration = Duration::from_millis(15);
-/// Ticks between two looks at what the lines lose and take.
+/// Ticks between two looks at what a line loses and takes, at addresses, and at pots that are to be kept.
 const LOOK_EVERY: u64 = 100;
 /// Time between two looks at which addresses may be forgotten.
 const FORGET_EVERY: Duration = Duration::from_secs(10);
@@ -53,8 +54,11 @@ pub(crate) struct Ticking {
     workers: Workers,
     started: Instant,
     figures: Figures,
-    /// The tick of the next look at what the lines lose.
+    /// The tick of the next look at addresses and pots.
     look_at: u64,
+    /// Whose line was looked at last, and the hundredths of a look that are due beside whole ones.
+    looked_at: PeerId,
+    looks: u64,
     /// Datagrams dropped for people who have left.
     dropped: u64,
     recorder: Option<Recorder>,
@@ -82,6 +86,8 @@ impl Ticking {
             started: Instant::now(),
             figures: Figures::default(),
             look_at: 0,
+            looked_at: PeerId(0),
+            looks: 0,
             dropped: 0,
             recorder,
             store,
@@ -154,18 +160,11 @@ impl Ticking {
     }
 
     fn advance(&mut self) {
-        let due = self.started.elapsed().as_millis() as u64;
+        let now = self.started.elapsed();
+        let due = now.as_millis() as u64;
+        self.look_at_lines((due + 1).saturating_sub(self.room.now().0), now);
         if due >= self.look_at {
             self.look_at = due + LOOK_EVERY;
-            let now = self.started.elapsed();
-            for (&peer, link) in &mut self.links {
-                let Look { has_lost, telling } = link.look(now);
-                if has_lost {
-                    self.room.handle_loss(peer);
-                }
-                self.room.set_telling(peer, telling);
-                self.room.set_datagram_bytes(peer, link.datagram_bytes());
-            }
             self.keep_pots();
             self.look_at_addresses(now);
         }
@@ -173,6 +172,25 @@ impl Ticking {
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
             tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
+        }
+    }
+
+    /// Looks at the next lines, some with each of the ticks that are to be done: all of them at once would keep a snapshot waiting.
+    fn look_at_lines(&mut self, ticks: u64, now: Duration) {
+        self.looks += ticks * self.links.len() as u64;
+        let count = (self.looks / LOOK_EVERY) as usize;
+        self.looks %= LOOK_EVERY;
+        for _ in 0..count.min(self.links.len()) {
+            let mut after = self.links.range((Excluded(self.looked_at), Unbounded)).chain(&self.links);
+            let Some(&peer) = after.next().map(|(peer, _)| peer) else { return };
+            let Some(link) = self.links.get_mut(&peer) else { return };
+            let Look { has_lost, telling } = link.look(now);
+            if has_lost {
+                self.room.handle_loss(peer);
+            }
+            self.room.set_telling(peer, telling);
+            self.room.set_datagram_bytes(peer, link.datagram_bytes());
+            self.looked_at = peer;
         }
     }
 

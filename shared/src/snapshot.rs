@@ -69,7 +69,7 @@ pub struct SnapshotClock {
 impl SnapshotClock {
     /// Snapshots in a second.
     pub const PER_SECOND: u64 = 60;
-    /// Ticks by which wheels are ahead, in turn: as far from those before as can be, and as far apart as a server wakes up.
+    /// Ticks by which wheels are ahead, in turn: as far from those before as can be, and two ticks apart.
     const AHEAD: [u8; 8] = [0, 8, 4, 12, 2, 10, 6, 14];
 
     /// That of a wheel, counted from zero.

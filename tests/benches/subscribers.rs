@@ -6,30 +6,33 @@
 //! With `-- limit [subscribers]` each has a core of its own and more and more subscribers, until what they get is older than 20 ms (p99).
 
 use std::io::{BufRead, BufReader};
-use std::net::{SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::process::{Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use bytes::{Buf as _, BufMut as _, Bytes, BytesMut};
+use bytes::{BufMut as _, Bytes, BytesMut};
 use hdrhistogram::Histogram;
-use pottery_client::{client_config, endpoint};
+use pottery_client::{Streams, Target, client_config, endpoint, join};
 use pottery_server::{Certificate, bind};
-use pottery_shared::protocol::JoinCode;
+use pottery_shared::protocol::{Body, DATAGRAM_MEMORY_MAX, JoinCode, Pulse, decode};
+use pottery_shared::session::Client;
 use pottery_tests::load::cores::Apart;
-use pottery_tests::load::host::usage;
-use pottery_tests::load::plan::{Plan, Sight};
+use pottery_tests::load::host::{Host, usage};
+use pottery_tests::load::plan::Plan;
 use pottery_tests::load::run::{Against, Options, run};
 use pottery_tests::load::schedule::Punctuality;
+use tokio::task::JoinSet;
 
 /// Says to this program that it is the bare server, and with how many bytes a datagram.
 const BARE: &str = "POTTERY_BARE_BYTES";
 const SNAPSHOT: Duration = Duration::from_nanos(16_666_667);
+const WARM_UP: Duration = Duration::from_secs(2);
 const MEASURED: Duration = Duration::from_secs(6);
 const TURNS: usize = 3;
 
-type Fault = Box<dyn std::error::Error>;
+type Fault = Box<dyn std::error::Error + Send + Sync>;
 
 /// What a server cost.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +43,7 @@ struct Cost {
     datagrams_per_s: f64,
     /// UDP payload of one.
     bytes: f64,
-    /// From the tick that it is of to its arrival, p99.
+    /// From when it was due to its arrival, p99.
     age_ms: f64,
     /// Processor time of those who read, % of a core.
     readers_percent: f64,
@@ -95,7 +98,7 @@ fn main() -> Result<(), Fault> {
 }
 
 /// How much more is tried next, and what age ends it.
-const MORE: f64 = 1.12;
+const MORE: f64 = 1.06;
 const OLD_MS: f64 = 20.0;
 
 /// How many subscribers each holds on a core of its own, by turns, so that an hour in which the machine is slow is both's.
@@ -152,44 +155,44 @@ fn runtime() -> std::io::Result<tokio::runtime::Runtime> {
     tokio::runtime::Builder::new_multi_thread().worker_threads(threads()).enable_all().build()
 }
 
-/// The studio's server with one potter, and everybody else at the wheel with their hands in their lap.
+/// The studio's server with one potter who presses all the time, and everybody else at the wheel with their hands in their lap.
 fn studio(subscribers: u32, apart: Option<Apart>) -> Result<Cost, Fault> {
+    let kept = apart.map(|apart| apart.keep_to_server()).transpose()?;
+    let program = std::env::current_exe()?;
+    let program = program.ancestors().nth(2).ok_or("no folder of builds")?.join("pottery-server");
+    let host = Host::spawn(&program, None, &Plan { potters: 1, spectators: subscribers, ..Plan::default() })?;
+    drop(kept);
+    let _kept = apart.map(|apart| apart.keep_to_generator()).transpose()?;
+    let target = Target::new(host.address.to_string(), host.code.clone(), 1);
+    runtime()?.block_on(read(host.process(), subscribers, Arc::new(Server::Studio(target))))
+}
+
+/// Somebody who presses from now on, for the warm-up and what is measured.
+fn press(target: &Target) -> Result<(), Fault> {
     let plan = Plan {
         potters: 1,
-        spectators: subscribers,
-        sight: Sight::Full,
+        spectators: 0,
         full_potters: 0,
-        ramp_s: 6.0,
-        warmup_s: 2.0,
+        ramp_s: 0.0,
+        warmup_s: WARM_UP.as_secs_f64(),
         duration_s: MEASURED.as_secs_f64(),
         ..Plan::default()
     };
-    let program = std::env::current_exe()?
-        .ancestors()
-        .nth(2)
-        .map(|folder| folder.join("pottery-server"))
-        .ok_or("no folder of builds")?;
     let options = Options {
-        against: Against::Spawned { program, threads: None, apart: apart.map(Box::new) },
+        against: Against::Running { address: target.address.clone(), code: target.code.clone() },
         punctuality: Punctuality::default(),
         thresholds: Vec::new(),
         aborts: false,
-        threads: threads() - apart.map_or(0, |apart| apart.servers()),
+        threads: 1,
         is_told: false,
     };
-    let result = run(plan, &options)?;
-    Ok(Cost {
-        cpu_percent: result.server_cpu_percent.ok_or("the system does not tell processor times")?,
-        datagrams_per_s: result.datagrams as f64 / result.measured_s,
-        bytes: result.down_bytes as f64 / result.datagrams as f64,
-        age_ms: result.delta_age_ms.p99,
-        readers_percent: result.generator_cpu_percent.ok_or("the system does not tell processor times")?,
-    })
+    let sends = run(plan, &options)?.sends;
+    if sends == 0 { Err("nobody pressed".into()) } else { Ok(()) }
 }
 
 /// What quinn puts round a datagram is not its sender's.
 const ROUND_BYTES: f64 = 29.0;
-/// When it was due, ns since 1970: the first of a bare datagram's bytes.
+/// When it was due, ns since its server began: the first of a bare datagram's bytes.
 const STAMP_BYTES: usize = 8;
 
 /// The bare server in a process of its own, and readers here.
@@ -206,74 +209,133 @@ fn plain(subscribers: u32, bytes: f64, apart: Option<Apart>) -> Result<Cost, Fau
         let mut line = String::new();
         BufReader::new(child.stdout.take().ok_or("no output")?).read_line(&mut line)?;
         let address: SocketAddr = line.trim().parse()?;
-        runtime()?.block_on(read(child.id(), address, subscribers))
+        runtime()?.block_on(read(child.id(), subscribers, Arc::new(Server::Bare(address))))
     })();
     child.kill()?;
     child.wait()?;
     measured
 }
 
-fn since_1970() -> Duration {
-    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
+/// Which server the readers come to.
+enum Server {
+    Studio(Target),
+    Bare(SocketAddr),
 }
 
-/// What the readers of one connection counted.
+impl Server {
+    /// Comes in; the streams, where there are any, are open as long as somebody holds them.
+    async fn come(&self, endpoint: &quinn::Endpoint) -> Result<(quinn::Connection, Option<Streams>), Fault> {
+        match self {
+            Self::Studio(target) => {
+                let greeting = Client::greeting(target.code.room(), target.wheel, true);
+                let (joined, ()) = join(endpoint, target, &greeting, |_, _| Ok(())).await?;
+                Ok((quinn::Connection::clone(&joined.connection), Some(joined.streams)))
+            }
+            Self::Bare(address) => {
+                let code: JoinCode = "K7QM-3XPD".parse()?;
+                let to = SocketAddr::new(Ipv4Addr::LOCALHOST.to_ipv6_mapped().into(), address.port());
+                Ok((endpoint.connect_with(client_config(&code)?, to, "pottery-studio")?.await?, None))
+            }
+        }
+    }
+
+    /// Of when a datagram is, µs by the server's own clock; nothing where it brings nothing: a room in which nobody moves takes its time.
+    fn stamp_us(&self, datagram: &[u8]) -> Option<i64> {
+        match self {
+            Self::Studio(_) => {
+                let Body { tick, fragments, .. } = decode::<DATAGRAM_MEMORY_MAX, Pulse>(datagram).ok()?.body;
+                (!fragments.is_empty()).then_some(tick as i64 * 1000)
+            }
+            Self::Bare(_) => Some(i64::from_le_bytes(*datagram.first_chunk()?) / 1000),
+        }
+    }
+}
+
+/// What the readers counted.
 struct Heard {
-    datagrams: u64,
-    bytes: u64,
-    age_us: Histogram<u64>,
+    counts: AtomicBool,
+    since: Instant,
+    /// Smallest difference between when something came and its stamp, and shortest way and back, µs.
+    earliest_us: AtomicI64,
+    round_trip_us: AtomicI64,
+    /// Datagrams, their bytes and how old they were.
+    counted: Mutex<(u64, u64, Histogram<u64>)>,
 }
 
-async fn read(server: u32, address: SocketAddr, subscribers: u32) -> Result<Cost, Fault> {
-    let code: JoinCode = "K7QM-3XPD".parse()?;
-    let to = SocketAddr::new(std::net::Ipv4Addr::LOCALHOST.to_ipv6_mapped().into(), address.port());
-    let counts = Arc::new(AtomicBool::new(false));
-    let (mut endpoints, mut readers) = (Vec::new(), Vec::new());
+impl Heard {
+    /// How old something is, µs: over the youngest that came to anybody, and half of the shortest way and back.
+    fn age_us(&self, stamp_us: i64) -> u64 {
+        let difference = self.since.elapsed().as_micros() as i64 - stamp_us;
+        let earliest = self.earliest_us.fetch_min(difference, Ordering::Relaxed).min(difference);
+        (difference - earliest + self.round_trip_us.load(Ordering::Relaxed) / 2) as u64
+    }
+}
+
+/// Readers who do nothing but take in what comes, the same for both servers.
+async fn read(process: u32, subscribers: u32, server: Arc<Server>) -> Result<Cost, Fault> {
+    let heard = Arc::new(Heard {
+        counts: AtomicBool::new(false),
+        since: Instant::now(),
+        earliest_us: AtomicI64::new(i64::MAX),
+        round_trip_us: AtomicI64::new(i64::MAX),
+        counted: Mutex::new((0, 0, Histogram::new_with_max(60_000_000, 3)?)),
+    });
+    let (mut endpoints, mut connections, mut streams, mut readers) =
+        (Vec::new(), Vec::new(), Vec::new(), JoinSet::new());
     for number in 0..subscribers {
         if number % 16 == 0 {
             endpoints.push(endpoint()?);
         }
-        let own = endpoints.last().ok_or("no socket")?;
-        let connection = own.connect_with(client_config(&code)?, to, "pottery-studio")?.await?;
-        readers.push((connection.clone(), tokio::spawn(hear(connection, Arc::clone(&counts)))));
+        let (connection, kept) = server.come(endpoints.last().ok_or("no socket")?).await?;
+        heard.round_trip_us.fetch_min(connection.rtt().as_micros() as i64, Ordering::Relaxed);
+        streams.extend(kept);
+        connections.push(connection.clone());
+        readers.spawn(hear(connection, Arc::clone(&server), Arc::clone(&heard)));
     }
-    tokio::time::sleep(Duration::from_secs(1)).await;
+    let pressing = match &*server {
+        Server::Studio(target) => {
+            let target = target.clone();
+            Some(tokio::task::spawn_blocking(move || press(&target)))
+        }
+        Server::Bare(_) => None,
+    };
+    tokio::time::sleep(WARM_UP).await;
     let processor_s = || -> Result<(f64, f64), Fault> {
-        let [server, own] = [server, std::process::id()].map(|process| usage(process).map(|usage| usage.cpu_s));
+        let [server, own] = [process, std::process::id()].map(|process| usage(process).map(|usage| usage.cpu_s));
         Ok((server.ok_or("no processor times")?, own.ok_or("no processor times")?))
     };
     let (before, begun) = (processor_s()?, Instant::now());
-    counts.store(true, Ordering::Relaxed);
+    heard.counts.store(true, Ordering::Relaxed);
     tokio::time::sleep(MEASURED).await;
-    counts.store(false, Ordering::Relaxed);
+    heard.counts.store(false, Ordering::Relaxed);
     let (after, passed_s) = (processor_s()?, begun.elapsed().as_secs_f64());
-    let mut all = Heard { datagrams: 0, bytes: 0, age_us: Histogram::new(3)? };
-    for (connection, reader) in readers {
-        connection.close(0_u32.into(), b"");
-        let heard = reader.await??;
-        (all.datagrams, all.bytes) = (all.datagrams + heard.datagrams, all.bytes + heard.bytes);
-        all.age_us.add(&heard.age_us)?;
+    if let Some(pressing) = pressing {
+        pressing.await??;
     }
+    for connection in connections {
+        connection.close(0_u32.into(), b"");
+    }
+    readers.join_all().await;
+    let (datagrams, bytes, age_us) = &*heard.counted.lock().unwrap_or_else(PoisonError::into_inner);
     Ok(Cost {
         cpu_percent: 100.0 * (after.0 - before.0) / passed_s,
-        datagrams_per_s: all.datagrams as f64 / passed_s,
-        bytes: all.bytes as f64 / all.datagrams as f64 + ROUND_BYTES,
-        age_ms: all.age_us.value_at_quantile(0.99) as f64 * 1e-3,
+        datagrams_per_s: *datagrams as f64 / passed_s,
+        bytes: *bytes as f64 / *datagrams as f64 + ROUND_BYTES,
+        age_ms: age_us.value_at_quantile(0.99) as f64 * 1e-3,
         readers_percent: 100.0 * (after.1 - before.1) / passed_s,
     })
 }
 
-/// Takes in what comes while it `counts`, until the connection ends.
-async fn hear(connection: quinn::Connection, counts: Arc<AtomicBool>) -> Result<Heard, hdrhistogram::CreationError> {
-    let mut heard = Heard { datagrams: 0, bytes: 0, age_us: Histogram::new_with_max(60_000_000, 3)? };
-    while let Ok(mut datagram) = connection.read_datagram().await {
-        if counts.load(Ordering::Relaxed) && datagram.len() >= STAMP_BYTES {
-            (heard.datagrams, heard.bytes) = (heard.datagrams + 1, heard.bytes + datagram.len() as u64);
-            let age = since_1970().saturating_sub(Duration::from_nanos(datagram.get_u64_le()));
-            heard.age_us.saturating_record(age.as_micros() as u64);
+/// Takes in what comes to one connection, until it ends.
+async fn hear(connection: quinn::Connection, server: Arc<Server>, heard: Arc<Heard>) {
+    while let Ok(datagram) = connection.read_datagram().await {
+        let age_us = server.stamp_us(&datagram).map(|stamp_us| heard.age_us(stamp_us));
+        if heard.counts.load(Ordering::Relaxed) {
+            let (datagrams, bytes, ages_us) = &mut *heard.counted.lock().unwrap_or_else(PoisonError::into_inner);
+            (*datagrams, *bytes) = (*datagrams + 1, *bytes + datagram.len() as u64);
+            age_us.into_iter().for_each(|age_us| ages_us.saturating_record(age_us));
         }
     }
-    Ok(heard)
 }
 
 /// Sends everybody the same bytes sixty times a second, with the studio's transport.
@@ -292,10 +354,11 @@ async fn serve(bytes: usize) -> Result<(), Fault> {
     });
     let mut subscribers: Vec<quinn::Connection> = Vec::new();
     let mut tick = tokio::time::interval(SNAPSHOT);
+    let began = tokio::time::Instant::now();
     loop {
         tokio::select! {
             due = tick.tick() => {
-                let payload = stamped(since_1970().saturating_sub(due.elapsed()), bytes);
+                let payload = stamped(due - began, bytes);
                 subscribers.retain(|subscriber| subscriber.send_datagram(payload.clone()).is_ok());
             }
             Some(subscriber) = coming.recv() => subscribers.push(subscriber),

@@ -183,7 +183,16 @@ fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) 
 
 /// Three runs over lines of one quality.
 fn over_seeds(name: &str, transport: fn() -> Option<quinn::TransportConfig>, quality: Quality) -> Vec<Ages> {
-    let runs: Vec<_> = (1..4).map(|seed| ages(seed, transport(), quality)).collect();
+    over_so_many_seeds(3, name, transport, quality)
+}
+
+fn over_so_many_seeds(
+    seeds: u64,
+    name: &str,
+    transport: fn() -> Option<quinn::TransportConfig>,
+    quality: Quality,
+) -> Vec<Ages> {
+    let runs: Vec<_> = (1..=seeds).map(|seed| ages(seed, transport(), quality)).collect();
     for (seed, ages) in (1..).zip(&runs) {
         let Ages { bytes_per_s, lost, overflowed, dropped, .. } = ages;
         println!(
@@ -197,13 +206,19 @@ fn over_seeds(name: &str, transport: fn() -> Option<quinn::TransportConfig>, qua
     runs
 }
 
+/// Where losses fall is another story with every seed, for either: of one seed alone either may have none of the long ones. So the seeds'
+/// medians are compared.
 #[test]
 fn clay_is_a_fifth_as_old_as_with_the_transport_s_own_settings_over_a_school_s_wireless_network() {
-    let defaults = over_seeds("defaults", || Some(quinn::TransportConfig::default()), Quality::SCHOOL_WIFI);
-    let ours = over_seeds("ours", || None, Quality::SCHOOL_WIFI);
-    for (default, ours) in defaults.iter().zip(&ours) {
-        assert!(default.at(0.99) >= 5 * ours.at(0.99), "p99 {} ms against {} ms", ours.at(0.99), default.at(0.99));
-    }
+    let median_of_p99 = |name, transport| {
+        let runs = over_so_many_seeds(9, name, transport, Quality::SCHOOL_WIFI);
+        let mut p99: Vec<_> = runs.iter().map(|ages| ages.at(0.99)).collect();
+        p99.sort_unstable();
+        p99[p99.len() / 2]
+    };
+    let default = median_of_p99("defaults", || Some(quinn::TransportConfig::default()));
+    let ours = median_of_p99("ours", || None);
+    assert!(default >= 5 * ours, "p99 {ours} ms against {default} ms");
 }
 
 #[test]
