@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3, EulerRot, Quat, Vec2, Vec3};
-use pottery_shared::tool::rack::{ball, blade, knuckle, loop_end, rib};
+use pottery_shared::tool::rack::{ball, blade, knuckle, loop_end, rib, standard};
 use pottery_shared::tool::{ConvexError, ConvexTool, Extent, Lattice, Pose, Sections, Sides};
 use pottery_shared::units::Metres;
 use proptest::prelude::*;
@@ -464,6 +464,15 @@ proptest! {
             prop_assert!(section.first_row >= extent.first_row);
             prop_assert!(section.first_row + section.near_m.len() as u32 <= extent.first_row + extent.rows);
         }
+    }
+}
+
+#[test]
+fn tools_on_the_wall_are_made_once_for_all() {
+    let threads: Vec<_> = (0..4).map(|_| std::thread::spawn(standard)).collect();
+    for rack in threads.into_iter().map(|thread| thread.join().unwrap()) {
+        assert_eq!(rack.len(), 4);
+        assert!(std::sync::Arc::ptr_eq(&rack, &standard()));
     }
 }
 

@@ -8,7 +8,7 @@ use alloc::sync::Arc;
 use glam::{Mat3, Vec3};
 
 use super::contact::{Chunk, Column, Contacts, Tally, nearest_turn};
-use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, columns, f32x8, load, positive, splat, u32x8};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, columns, f32x8, load, positive, splat};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{ConvexTool, Eights, Pose, Sections, Shape, Side, Sides, Tool};
@@ -158,16 +158,12 @@ impl Face<'_> {
     /// Which way the clay pushes: against the normals, along the ray, across it and up.
     #[inline(always)]
     fn facing<S: Simd>(&self, simd: S, facets: &[u16; LANES]) -> [Eight; 3] {
-        let [x, y, z, _] = if *facets == [facets[0]; LANES] {
-            let [x, y, z, w] = self.normals[usize::from(facets[0])];
-            [u32x8::splat(simd, x), u32x8::splat(simd, y), u32x8::splat(simd, z), u32x8::splat(simd, w)]
-        } else {
-            columns(
-                simd,
-                #[inline(always)]
-                |lane| self.normals[usize::from(facets[lane])],
-            )
-        };
+        // one way for one facet and for many: whether a chunk has one alone is hard to foresee
+        let [x, y, z, _] = columns(
+            simd,
+            #[inline(always)]
+            |lane| self.normals[usize::from(facets[lane])],
+        );
         let [x, y, z] = [f32x8::from_bits(x), f32x8::from_bits(y), f32x8::from_bits(z)];
         let mut facing = [Eight::ZERO; 3];
         for (along, axis) in facing.iter_mut().zip(self.axes) {

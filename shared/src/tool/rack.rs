@@ -5,20 +5,24 @@
 //! Invariant: every tool here passes the checks of [`ConvexTool::new`]; `tests/tests/polygonal_tools.rs` holds them to
 //! their measures.
 
+use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::f32::consts::{PI, TAU};
 
 use glam::{DVec3, Vec2, Vec3};
+use once_cell::race::OnceBox;
 
 use super::{ConvexError, ConvexTool};
 use crate::units::Metres;
 
-/// Rib, blade, knuckle and loop, in the order of [`super::Shape`].
+/// Rib, blade, knuckle and loop, in the order of [`super::Shape`]: made when they are first asked for, and shared by all who ask.
 #[must_use]
 pub fn standard() -> Arc<[ConvexTool]> {
+    static STANDARD: OnceBox<Arc<[ConvexTool]>> = OnceBox::new();
     // their measures are fixed, so that none is refused
-    [rib(), blade(), knuckle(), loop_end()].into_iter().flatten().collect()
+    let made = || Box::new([rib(), blade(), knuckle(), loop_end()].into_iter().flatten().collect());
+    Arc::clone(STANDARD.get_or_init(made))
 }
 
 /// A kidney rib with its hollow side filled: half a disc of 100 × 50 mm, 4 mm thick, its edges bevelled.
