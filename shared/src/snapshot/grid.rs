@@ -185,7 +185,8 @@ impl QuantisedGrid {
     /// Replaces a tile's values and notes the differences to what they were; true when there are any.
     pub(super) fn replace_tile(&mut self, tile: u32, values: &[u16], plane: &mut Plane) -> bool {
         let window = self.layout.window(tile);
-        if self.columns(window).flatten().eq(values) {
+        // compared column by column, so that a processor can do it many at once
+        if self.columns(window).eq(values.chunks_exact(window.rows as usize)) {
             return false;
         }
         plane.add(tile);
@@ -252,14 +253,9 @@ pub(super) fn round_tile(clay: &mut Surface, window: Window, steps: &mut Vec<u16
     steps.clear();
     let rows = window.first_row as usize..window.end_row() as usize;
     for column in window.first_column..window.first_column + window.columns {
-        let first = steps.len();
         steps.extend(clay.column_m(column)[rows.clone()].iter().map(|&radius_m| quantise(radius_m)));
-        for (row, &step) in rows.clone().zip(&steps[first..]) {
-            if clay.column_m(column)[row] != dequantise(step) {
-                clay.set_radius(column, row as u32, dequantise(step));
-            }
-        }
     }
+    clay.change_window(window, |radius_m| dequantise(quantise(radius_m)));
 }
 
 /// Digest over all surfaces of a pot, in order.

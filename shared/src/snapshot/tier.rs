@@ -136,6 +136,11 @@ impl Blocks {
     fn means_into(self, window: Window, source: &QuantisedGrid, quantum: Quantum, steps: &mut Vec<u16>) {
         steps.clear();
         for column in window.first_column..window.first_column + window.columns {
+            if self.fine == self.coarse {
+                let rows = window.first_row as usize..window.end_row() as usize;
+                steps.extend(source.column(column)[rows].iter().map(|&step| quantum.coarsen(step)));
+                continue;
+            }
             for row in window.first_row..window.end_row() {
                 let rows = self.rows(row);
                 let rows = rows.start as usize..rows.end as usize;
