@@ -5,10 +5,11 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::collections::BTreeSet;
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
-use pottery_shared::clay::{Contact, GridShape, MethodKind, Pot, PotSpec, Press, SubStep};
+use pottery_shared::clay::{Contact, Footprint, GridShape, Method, MethodKind, Pot, PotSpec, Press, SubStep, Window};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::Metres;
 use proptest::prelude::*;
@@ -45,6 +46,19 @@ fn press_near(angle_rad: f32, z_mm: f32) -> impl Strategy<Value = Press> {
 fn overlapping() -> impl Strategy<Value = Vec<Press>> {
     let place = (prop_oneof![-PI..PI, Just(0.0), Just(PI)], 0.0_f32..200.0);
     place.prop_flat_map(|(angle_rad, z_mm)| prop::collection::vec(press_near(angle_rad, z_mm), 2..=5))
+}
+
+/// Any window of the default grid's, the empty ones and those over the seam included.
+fn any_window() -> impl Strategy<Value = Window> {
+    let shape = pot().spec().shape;
+    (0..shape.columns(), 0..shape.rows()).prop_flat_map(move |(first_column, first_row)| {
+        (0..=shape.columns(), 0..=shape.rows() - first_row).prop_map(move |(columns, rows)| Window {
+            first_column,
+            columns,
+            first_row,
+            rows,
+        })
+    })
 }
 
 /// The pot after three sub-steps of the same presses, and the contacts of the last.
@@ -85,7 +99,7 @@ fn assert_within_bounds(pot: &Pot, what: &str) {
 
 #[test]
 fn every_order_is_visited_once() {
-    let mut orders = std::collections::BTreeSet::new();
+    let mut orders = BTreeSet::new();
     let mut visits = 0;
     every_order(5, &mut |order| {
         orders.insert(order.to_vec());
@@ -150,6 +164,47 @@ proptest! {
             }
             prop_assert!(pressed(&[near, far], method).0 == apart, "{method:?}");
         }
+    }
+
+    #[test]
+    fn merged_clay_moves_by_the_strongest_pushes_of_the_presses_alone(presses in overlapping()) {
+        for method in METHODS {
+            let mut together = pot();
+            let mut substep = SubStep::for_grid(together.spec().shape);
+            let before = together.surfaces()[0].radii_m().to_vec();
+            let (low_m, high_m) = together.surfaces()[0].bounds_m();
+            // what each asks for by itself, asked of the method and not of the sub-step
+            let (mut inward_m, mut outward_m) = (vec![0.0_f32; before.len()], vec![0.0_f32; before.len()]);
+            let rows = together.spec().shape.rows() as usize;
+            for press in &presses {
+                let mut footprint = Footprint::for_grid(together.spec().shape);
+                method.press(&together.surfaces()[0], press, &mut footprint);
+                let window = footprint.window();
+                for (local, column) in (0..).zip(window.grid_columns(together.spec().shape)) {
+                    let (span, deltas_m) = footprint.span(local);
+                    for (row, &delta_m) in span.zip(deltas_m) {
+                        let at = column as usize * rows + window.first_row as usize + row;
+                        inward_m[at] = inward_m[at].min(delta_m);
+                        outward_m[at] = outward_m[at].max(delta_m);
+                    }
+                }
+            }
+            substep.advance(&mut together, &presses, method, |_, _| {});
+            for (at, &found_m) in together.surfaces()[0].radii_m().iter().enumerate() {
+                let expected_m = (before[at] + (inward_m[at] + outward_m[at])).clamp(low_m, high_m);
+                prop_assert_eq!(found_m.to_bits(), expected_m.to_bits(), "{:?}, element {}", method, at);
+            }
+        }
+    }
+
+    #[test]
+    fn windows_meet_where_they_share_an_element(one in any_window(), other in any_window()) {
+        let shape = pot().spec().shape;
+        let elements = |window: Window| -> BTreeSet<(u32, u32)> {
+            let rows = window.first_row..window.end_row();
+            window.grid_columns(shape).flat_map(|column| rows.clone().map(move |row| (column, row))).collect()
+        };
+        prop_assert_eq!(one.meets(other, shape), !elements(one).is_disjoint(&elements(other)));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
+use super::lanes::{LANES, Simd, SimdBase, f32x8, only, with_vectors};
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
 use crate::units::{Metres, Seconds, Tick};
@@ -134,6 +135,8 @@ pub struct SubStep {
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
     outward_m: Vec<f32>,
+    /// Of each press, whether its window on the surface at hand meets another's.
+    together: Vec<bool>,
 }
 
 impl SubStep {
@@ -155,6 +158,7 @@ impl SubStep {
             cutter: Some(Box::new(Cutter::new(rack, shape))),
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
+            together: Vec::with_capacity(1),
         }
     }
 
@@ -301,39 +305,91 @@ impl SubStep {
         }
     }
 
+    /// Displaces `surface` by the footprints of so many presses: by those that meet no other as they are, by the others merged.
     fn merge(&mut self, surface: &mut Surface, presses: usize) {
         let shape = surface.shape();
-        let rows = shape.rows() as usize;
-        let elements = shape.elements().max(self.inward_m.len());
-        self.inward_m.resize(elements, 0.0);
-        self.outward_m.resize(elements, 0.0);
-        for footprint in &self.footprints[..presses] {
-            let window = footprint.window();
-            for (local, column) in (0..).zip(window.grid_columns(shape)) {
-                let (span, deltas_m) = footprint.span(local);
-                let start = column as usize * rows + window.first_row as usize + span.start;
-                let inward = &mut self.inward_m[start..];
-                let outward = &mut self.outward_m[start..];
-                for ((&delta, inward), outward) in deltas_m.iter().zip(inward).zip(outward) {
-                    *inward = inward.min(delta);
-                    *outward = outward.max(delta);
-                }
+        let Self { footprints, vectors, inward_m, outward_m, together, .. } = self;
+        let footprints = &mut footprints[..presses];
+        let elements = shape.elements().max(inward_m.len());
+        inward_m.resize(elements, 0.0);
+        outward_m.resize(elements, 0.0);
+        together.clear();
+        together.extend(footprints.iter().enumerate().map(|(at, footprint)| {
+            let others = footprints[..at].iter().chain(&footprints[at + 1..]);
+            others.into_iter().any(|other| footprint.window().meets(other.window(), shape))
+        }));
+        with_vectors!(vectors, simd => {
+            for (footprint, _) in footprints.iter().zip(&*together).filter(|(_, meets)| **meets) {
+                add_up(simd, shape, footprint, inward_m, outward_m);
             }
+            for (footprint, meets) in footprints.iter_mut().zip(&*together) {
+                if *meets {
+                    take_out(simd, shape, footprint, inward_m, outward_m);
+                }
+                // an element of two footprints is moved with the first of them
+                surface.displace(footprint);
+            }
+        });
+    }
+}
+
+/// Adds a footprint to the strongest pushes so far, `[columns][rows]` of the whole grid.
+#[inline(always)]
+fn add_up<S: Simd>(simd: S, shape: GridShape, footprint: &Footprint, inward_m: &mut [f32], outward_m: &mut [f32]) {
+    let window = footprint.window();
+    for (local, column) in (0..).zip(window.grid_columns(shape)) {
+        let (span, deltas_m) = footprint.span(local);
+        let start = first_of(shape, window, column) + span.start;
+        let (inward_m, outward_m) =
+            (&mut inward_m[start..][..deltas_m.len()], &mut outward_m[start..][..deltas_m.len()]);
+        let (deltas, last_deltas) = deltas_m.as_chunks::<LANES>();
+        let (inward, last_inward) = inward_m.as_chunks_mut::<LANES>();
+        let (outward, last_outward) = outward_m.as_chunks_mut::<LANES>();
+        for ((delta, inward), outward) in deltas.iter().zip(inward).zip(outward) {
+            // as beside the eights: what is not a number pushes nothing
+            let delta = f32x8::load_array_ref(simd, delta);
+            let delta = only(delta.simd_eq(delta), delta);
+            *inward = f32x8::load_array_ref(simd, inward).min(delta).to_array();
+            *outward = f32x8::load_array_ref(simd, outward).max(delta).to_array();
         }
-        for footprint in &mut self.footprints[..presses] {
-            let window = footprint.window();
-            for (local, column) in (0..).zip(window.grid_columns(shape)) {
-                let (span, deltas_m) = footprint.span_mut(local);
-                let start = column as usize * rows + window.first_row as usize + span.start;
-                let inward = &mut self.inward_m[start..];
-                let outward = &mut self.outward_m[start..];
-                for ((delta, inward), outward) in deltas_m.iter_mut().zip(inward).zip(outward) {
-                    // cleared, so that an overlapping footprint finds the element done
-                    *delta = core::mem::take(inward) + core::mem::take(outward);
-                }
-            }
-            // an element of two footprints is moved with the first of them
-            surface.displace(footprint);
+        for ((delta, inward), outward) in last_deltas.iter().zip(last_inward).zip(last_outward) {
+            *inward = inward.min(*delta);
+            *outward = outward.max(*delta);
         }
     }
+}
+
+/// Gives a footprint the merged pushes of its elements, and clears them, so that an overlapping one finds them done.
+#[inline(always)]
+fn take_out<S: Simd>(
+    simd: S,
+    shape: GridShape,
+    footprint: &mut Footprint,
+    inward_m: &mut [f32],
+    outward_m: &mut [f32],
+) {
+    let window = footprint.window();
+    for (local, column) in (0..).zip(window.grid_columns(shape)) {
+        let (span, deltas_m) = footprint.span_mut(local);
+        let start = first_of(shape, window, column) + span.start;
+        let (inward_m, outward_m) =
+            (&mut inward_m[start..][..deltas_m.len()], &mut outward_m[start..][..deltas_m.len()]);
+        let (deltas, last_deltas) = deltas_m.as_chunks_mut::<LANES>();
+        let (inward, last_inward) = inward_m.as_chunks::<LANES>();
+        let (outward, last_outward) = outward_m.as_chunks::<LANES>();
+        for ((delta, inward), outward) in deltas.iter_mut().zip(inward).zip(outward) {
+            let merged = f32x8::load_array_ref(simd, inward) + f32x8::load_array_ref(simd, outward);
+            *delta = merged.to_array();
+        }
+        for ((delta, inward), outward) in last_deltas.iter_mut().zip(last_inward).zip(last_outward) {
+            *delta = inward + outward;
+        }
+        inward_m.fill(0.0);
+        outward_m.fill(0.0);
+    }
+}
+
+/// Where a column of a window begins in a whole grid.
+const fn first_of(shape: GridShape, window: Window, column: u32) -> usize {
+    column as usize * shape.rows() as usize + window.first_row as usize
 }

@@ -89,6 +89,17 @@ impl Window {
         self.columns as usize * self.rows as usize
     }
 
+    /// Whether an element lies in both windows.
+    #[must_use]
+    pub fn meets(self, other: Self, shape: GridShape) -> bool {
+        let begins_within = |one: Self, other: Self| one.local_column(shape, other.first_column).is_some();
+        !self.is_empty()
+            && !other.is_empty()
+            && self.first_row < other.end_row()
+            && other.first_row < self.end_row()
+            && (begins_within(self, other) || begins_within(other, self))
+    }
+
     /// The grid's columns that the window covers, in order round the pot.
     pub fn grid_columns(self, shape: GridShape) -> impl Iterator<Item = u32> + Clone {
         (0..self.columns).map(move |local| {
