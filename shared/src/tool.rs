@@ -21,6 +21,9 @@ use glam::Vec3;
 
 use crate::units::{Metres, Tick};
 
+/// Least part of a normal along a ray by which a tool's slope is told: where a tool grazes clay, its slope has no end.
+pub(crate) const STEEPEST: f32 = 0.5;
+
 /// A spherical tool, the paper's haptic interface point (HIP).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {

@@ -15,7 +15,7 @@ use super::lanes::{
     splat, sum,
 };
 use super::{GridShape, Press, Surface, Window};
-use crate::tool::{Side, Tool};
+use crate::tool::{STEEPEST, Side, Tool};
 
 /// Height above the tool that stands for rows beyond the rim, m: farther than any tool reaches, and its square is finite.
 const BEYOND_M: f32 = 1e6;
@@ -25,14 +25,17 @@ const BEYOND_M: f32 = 1e6;
 pub(super) struct Chunk {
     /// Depth p of the tool in the clay, m; zero where it does not touch.
     pub(super) penetration_m: Eight,
-    /// Half the length of the ray within the sphere, m, where it touches; zero for a tool of facets.
-    pub(super) half_chord_m: Eight,
     /// Radius r of the elements, m.
     pub(super) radius_m: Eight,
+    /// How the tool leans against the ray, across it and up: these parts of its normal over that along the ray, which counts as
+    /// [`STEEPEST`] at least. Finite everywhere; only where it was asked for.
+    pub(super) aside: Eight,
+    pub(super) up: Eight,
 }
 
 impl Chunk {
-    const NONE: Self = Self { penetration_m: Eight::ZERO, half_chord_m: Eight::ZERO, radius_m: Eight::ZERO };
+    pub(super) const NONE: Self =
+        Self { penetration_m: Eight::ZERO, radius_m: Eight::ZERO, aside: Eight::ZERO, up: Eight::ZERO };
 
     /// Where the tool touches.
     #[inline(always)]
@@ -125,9 +128,10 @@ pub(super) struct Contacts {
     pub(super) deepest_m: f32,
     /// How far the tool reaches from its centre, m.
     pub(super) tool_m: f32,
-    /// Whether the tool is one of facets, and then which way the clay pushes in chunks that are touched, along the ray, across it
-    /// and up.
+    /// Whether the tool is one of facets, and then, unless it was asked how they lean, which way the clay pushes in chunks that are
+    /// touched, along the ray, across it and up.
     is_faceted: bool,
+    has_facing: bool,
     pub(super) facing: Vec<[Eight; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
     above_m: Vec<Eight>,
@@ -218,7 +222,7 @@ impl Contacts {
             column,
             chunks: &self.chunks.room[column.chunks.clone()],
             above_m: &self.above_m[column.heights..],
-            facing: if self.is_faceted { &self.facing[column.chunks.clone()] } else { &[] },
+            facing: if self.has_facing { &self.facing[column.chunks.clone()] } else { &[] },
         })
     }
 
@@ -291,9 +295,9 @@ impl Contacts {
     }
 
     /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
-    /// `cutter`'s does.
+    /// `cutter`'s does. How the tool leans is found with `LEANS` alone.
     #[inline(always)]
-    pub(super) fn gather<S: Simd>(
+    pub(super) fn gather<S: Simd, const LEANS: bool>(
         &mut self,
         simd: S,
         surface: &Surface,
@@ -305,13 +309,16 @@ impl Contacts {
         self.chunks.used = 0;
         self.above_m.clear();
         self.is_faceted = matches!(press.tool, Tool::Convex(_));
+        self.has_facing = self.is_faceted && !LEANS;
         (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
         match (press.tool, cutter) {
             (Tool::Sphere(sphere), _) => {
                 self.tool_m = sphere.radius().0;
-                self.gather_sphere(simd, surface, press, behind_m);
+                self.gather_sphere::<S, LEANS>(simd, surface, press, behind_m);
             }
-            (Tool::Convex(shape), Some(cutter)) => self.gather_facets(simd, surface, press, shape, behind_m, cutter),
+            (Tool::Convex(shape), Some(cutter)) => {
+                self.gather_facets::<S, LEANS>(simd, surface, press, shape, behind_m, cutter);
+            }
             (Tool::Convex(_), None) => {}
         }
     }
@@ -320,7 +327,7 @@ impl Contacts {
     /// plane, `h = √(R² − a² − (z − H_z)²)` half the ray's length in the sphere: the ray meets the sphere at `s₁,₂ = b ∓ h`.
     /// From outside the penetration is `p = r − s₁`, at most r; from inside `p = s₂ − r`.
     #[inline(always)]
-    fn gather_sphere<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, behind_m: f32) {
+    fn gather_sphere<S: Simd, const LEANS: bool>(&mut self, simd: S, surface: &Surface, press: &Press, behind_m: f32) {
         let reach = Reach::of(surface, press.centre_m, self.tool_m);
         (self.distance_m, self.angle_rad, self.window) = (reach.distance_m, reach.angle_rad, reach.window);
         let window = reach.window;
@@ -336,7 +343,7 @@ impl Contacts {
         for number in 0..columns.len() {
             let column = &mut columns[number];
             let radii_m = &surface.column_m(column.column)[column.first_row as usize..];
-            if ball.find(column, radii_m, &above_m[column.heights..], chunks, &mut tally) {
+            if ball.find::<S, LEANS>(column, radii_m, &above_m[column.heights..], chunks, &mut tally) {
                 if touched < number {
                     columns.swap(touched, number);
                 }
@@ -432,11 +439,8 @@ impl Contacts {
         self.window = Window { first_column: column, columns: 1, first_row, rows: LANES as u32 };
         self.window.rows = self.window.rows.min(surface.shape().rows() - first_row);
         self.above_m.push(only(0.0, BEYOND_M));
-        let chunk = Chunk {
-            penetration_m: only(penetration_m, 0.0),
-            half_chord_m: only(tool_m, 0.0),
-            radius_m: only(radius_m, 0.0),
-        };
+        // its middle is straight ahead
+        let chunk = Chunk { penetration_m: only(penetration_m, 0.0), radius_m: only(radius_m, 0.0), ..Chunk::NONE };
         let (rows, centre) = (first_row..self.window.end_row(), [reach.distance_m, 0.0]);
         let at = Column::new(column, self.window, rows, -reach.off_column_rad, [cos, sin], centre);
         let mut tally = Tally::new(simd);
@@ -469,16 +473,9 @@ struct Ball {
 }
 
 impl Ball {
-    /// Half the ray's length in the sphere at heights above its middle, and whether it is there at all.
-    #[inline(always)]
-    fn chord<S: Simd>(square: f32x8<S>, above: f32x8<S>) -> (f32x8<S>, mask32x8<S>) {
-        let squared = square - above * above;
-        (squared.max(splat(square.simd, 0.0)).sqrt(), positive(squared))
-    }
-
     /// Keeps the chunks of a column that the sphere touches; says whether there are any.
     #[inline(always)]
-    fn find<S: Simd>(
+    fn find<S: Simd, const LEANS: bool>(
         &self,
         column: &mut Column,
         radii_m: &[f32],
@@ -489,80 +486,101 @@ impl Ball {
         let &Self { tool_m, behind_m, .. } = self;
         let Column { along_m, aside_m, .. } = *column;
         let simd = tally.elements.simd;
-        let square = splat(simd, tool_m * tool_m - aside_m * aside_m);
         let along = splat(simd, along_m);
+        let cap = Cap {
+            square: splat(simd, tool_m * tool_m - aside_m * aside_m),
+            aside: splat(simd, aside_m),
+            steepest: splat(simd, 1.0 / (STEEPEST * tool_m)),
+        };
         match self.side {
-            Side::Outside if along_m < tool_m => look(
+            Side::Outside if along_m < tool_m => cap.look::<LEANS>(
                 column,
                 radii_m,
                 above_m,
                 chunks,
                 tally,
                 #[inline(always)]
-                |radius, above| {
+                |radius, half_chord| {
                     // the tool holds the axis, beyond which there is no clay of this ray
-                    let (half_chord, within) = Self::chord(square, above);
-                    let there = within & positive(along + half_chord);
-                    (only(there, (half_chord - (along - radius)).min(radius)), half_chord)
+                    let there = positive(along + half_chord);
+                    only(there, (half_chord - (along - radius)).min(radius))
                 },
             ),
-            Side::Outside => look(
+            Side::Outside => cap.look::<LEANS>(
                 column,
                 radii_m,
                 above_m,
                 chunks,
                 tally,
                 #[inline(always)]
-                |radius, above| {
-                    let (half_chord, within) = Self::chord(square, above);
-                    (only(within, half_chord - (along - radius)), half_chord)
-                },
+                |radius, half_chord| half_chord - (along - radius),
             ),
-            Side::Inside => look(
+            Side::Inside => cap.look::<LEANS>(
                 column,
                 radii_m,
                 above_m,
                 chunks,
                 tally,
                 #[inline(always)]
-                |radius, above| {
-                    let (half_chord, within) = Self::chord(square, above);
-                    (only(within, half_chord - (radius - behind_m - along)), half_chord)
-                },
+                |radius, half_chord| half_chord - (radius - behind_m - along),
             ),
         }
     }
 }
 
-/// Looks at a column: `meets` tells penetration and half chord of radii at heights above the tool.
-#[inline(always)]
-fn look<S: Simd>(
-    column: &mut Column,
-    radii_m: &[f32],
-    above_m: &[Eight],
-    chunks: &mut Chunks,
-    tally: &mut Tally<S>,
-    meets: impl Fn(f32x8<S>, f32x8<S>) -> (f32x8<S>, f32x8<S>),
-) -> bool {
-    let simd = tally.elements.simd;
-    let (whole, last) = radii_m.as_chunks::<LANES>();
-    chunks.keep(
-        column,
-        #[inline(always)]
-        |number| {
-            let radius_m = match whole.get(number) {
-                Some(lanes) => f32x8::load_array_ref(simd, lanes),
-                None => load(simd, last),
-            };
-            let (penetration_m, half_chord_m) = meets(radius_m, above_m[number].on(simd));
-            Chunk {
-                penetration_m: penetration_m.max(splat(simd, 0.0)).into(),
-                half_chord_m: half_chord_m.into(),
-                radius_m: radius_m.into(),
-            }
-        },
-        tally,
-    )
+/// A sphere as the ray of a column sees it.
+struct Cap<S: Simd> {
+    /// Square of half the ray's length in the sphere at its middle's height, m².
+    square: f32x8<S>,
+    /// Its middle's distance across the ray, m.
+    aside: f32x8<S>,
+    /// One over the least half chord by which its slope is told, 1/m.
+    steepest: f32x8<S>,
+}
+
+impl<S: Simd> Cap<S> {
+    /// Looks at a column: `meets` tells penetrations of radii and half chords, m, where the ray is in the sphere.
+    #[inline(always)]
+    fn look<const LEANS: bool>(
+        &self,
+        column: &mut Column,
+        radii_m: &[f32],
+        above_m: &[Eight],
+        chunks: &mut Chunks,
+        tally: &mut Tally<S>,
+        meets: impl Fn(f32x8<S>, f32x8<S>) -> f32x8<S>,
+    ) -> bool {
+        let simd = tally.elements.simd;
+        let zero = splat(simd, 0.0);
+        let (whole, last) = radii_m.as_chunks::<LANES>();
+        chunks.keep(
+            column,
+            #[inline(always)]
+            |number| {
+                let radius_m = match whole.get(number) {
+                    Some(lanes) => f32x8::load_array_ref(simd, lanes),
+                    None => load(simd, last),
+                };
+                let above = above_m[number].on(simd);
+                let square = self.square - above * above;
+                let half_chord = square.max(zero).sqrt();
+                let penetration_m = only(positive(square), meets(radius_m, half_chord)).max(zero);
+                let (aside, up) = if LEANS {
+                    let steep = (splat(simd, 1.0) / half_chord).min(self.steepest);
+                    (self.aside * steep, above * steep)
+                } else {
+                    (zero, zero)
+                };
+                Chunk {
+                    penetration_m: penetration_m.into(),
+                    radius_m: radius_m.into(),
+                    aside: aside.into(),
+                    up: up.into(),
+                }
+            },
+            tally,
+        )
+    }
 }
 
 /// Where the tool stands in the pot's cylindrical coordinates.

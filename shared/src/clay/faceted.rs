@@ -11,7 +11,7 @@ use super::contact::{Chunk, Column, Contacts, Tally, nearest_turn};
 use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, columns, f32x8, load, positive, splat};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
-use crate::tool::{ConvexTool, Eights, Pose, Sections, Shape, Side, Sides, Tool};
+use crate::tool::{ConvexTool, Eights, Pose, STEEPEST, Sections, Shape, Side, Sides, Tool};
 
 /// The convex tools that presses name, and the memory in which one of them is cut.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Contacts {
     /// The ray of an element (r, θ, z) is in the tool from s₁ to s₂: from outside the penetration is `p = r − s₁`, from inside
     /// `p = s₂ − r`, as for a sphere.
     #[inline(always)]
-    pub(super) fn gather_facets<S: Simd>(
+    pub(super) fn gather_facets<S: Simd, const LEANS: bool>(
         &mut self,
         simd: S,
         surface: &Surface,
@@ -100,13 +100,13 @@ impl Contacts {
         for section in sections.eights() {
             let axes = axes(&turn, surface.direction(section.column));
             let face = Face { section: &section, normals: tool.facing(), axes, outwards, behind_m };
-            self.gather_section(simd, surface, press, &face, &mut tally);
+            self.gather_section::<S, LEANS>(simd, surface, press, &face, &mut tally);
         }
         self.take(&tally);
     }
 
     #[inline(always)]
-    fn gather_section<S: Simd>(
+    fn gather_section<S: Simd, const LEANS: bool>(
         &mut self,
         simd: S,
         surface: &Surface,
@@ -126,10 +126,10 @@ impl Contacts {
         let at = Column::new(column, self.window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
         let found = self.found();
         let mut all_facing = core::mem::take(&mut self.facing);
-        if all_facing.len() < found + edges_m.len() {
+        if !LEANS && all_facing.len() < found + edges_m.len() {
             all_facing.resize(found + edges_m.len(), [Eight::ZERO; 3]);
         }
-        let room = &mut all_facing[found..];
+        let room = all_facing.get_mut(found..).unwrap_or_default();
         self.add_column(
             at,
             #[inline(always)]
@@ -141,12 +141,17 @@ impl Contacts {
                 // beyond the tool no clay is touched
                 let edge_m = f32x8::load_array_ref(simd, &edges_m[number]);
                 let penetration_m = ((radius_m - behind_m - edge_m) * outwards).max(splat(simd, 0.0));
-                room[number] = if positive(penetration_m).any_true() {
-                    face.facing(simd, &facets[number])
-                } else {
-                    [Eight::ZERO; 3]
-                };
-                Chunk { penetration_m: penetration_m.into(), half_chord_m: Eight::ZERO, radius_m: radius_m.into() }
+                let chunk = Chunk { penetration_m: penetration_m.into(), radius_m: radius_m.into(), ..Chunk::NONE };
+                if !positive(penetration_m).any_true() {
+                    return chunk;
+                }
+                let [along, aside, up] = face.facing(simd, &facets[number]);
+                if LEANS {
+                    let steep = splat(simd, 1.0) / along.abs().max(splat(simd, STEEPEST));
+                    return Chunk { aside: (aside * steep).into(), up: (-up * steep).into(), ..chunk };
+                }
+                room[number] = [along.into(), aside.into(), up.into()];
+                chunk
             },
             tally,
         );
@@ -157,7 +162,7 @@ impl Contacts {
 impl Face<'_> {
     /// Which way the clay pushes: against the normals, along the ray, across it and up.
     #[inline(always)]
-    fn facing<S: Simd>(&self, simd: S, facets: &[u16; LANES]) -> [Eight; 3] {
+    fn facing<S: Simd>(&self, simd: S, facets: &[u16; LANES]) -> [f32x8<S>; 3] {
         // one way for one facet and for many: whether a chunk has one alone is hard to foresee
         let [x, y, z, _] = columns(
             simd,
@@ -165,11 +170,13 @@ impl Face<'_> {
             |lane| self.normals[usize::from(facets[lane])],
         );
         let [x, y, z] = [f32x8::from_bits(x), f32x8::from_bits(y), f32x8::from_bits(z)];
-        let mut facing = [Eight::ZERO; 3];
-        for (along, axis) in facing.iter_mut().zip(self.axes) {
-            *along = (-(x * axis.x + y * axis.y + z * axis.z)).into();
-        }
-        facing
+        // written out: mapped, it would be a function of its own
+        let [ray, across, up] = self.axes;
+        [
+            -(x * ray.x + y * ray.y + z * ray.z),
+            -(x * across.x + y * across.y + z * across.z),
+            -(x * up.x + y * up.y + z * up.z),
+        ]
     }
 }
 

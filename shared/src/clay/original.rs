@@ -66,7 +66,7 @@ fn touch_with<S: Simd>(
     apart(
         simd,
         #[inline(always)]
-        || contacts.gather(simd, surface, press, 0.0, cutter),
+        || contacts.gather::<S, false>(simd, surface, press, 0.0, cutter),
     );
     let window = if contacts.elements == 0 { super::Window::default() } else { contacts.window };
     let shape = surface.shape();

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::bending::POISSON;
-use super::contact::{Chunk, Column, Contacts, Stretch};
+use super::contact::{Chunk, Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
@@ -16,8 +16,6 @@ use super::window::{Push, Scratch};
 use super::{Contact, Footprint, Method, Press, Sink, Strength, Support, Surface, Window};
 use crate::tool::{Side, Tool};
 
-/// Least part of the tool's radius that counts as half chord: where a sphere grazes clay, its slope has no end.
-pub(super) const STEEPEST: f32 = 0.5;
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
 /// by a hair.
 const EDGE_M: f32 = 1e-6;
@@ -92,7 +90,7 @@ impl PlasticCsem {
         apart(
             simd,
             #[inline(always)]
-            || contacts.gather(simd, surface, press, behind_m, cutter),
+            || contacts.gather::<S, true>(simd, surface, press, behind_m, cutter),
         );
         if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
             scratch.contacts.gather_nearest(simd, surface, press, behind_m);
@@ -102,31 +100,25 @@ impl PlasticCsem {
             return Contact::default();
         }
         let step = Step::of(surface);
-        // the two faces part here and at what yields, so that the rim is laid in one place
-        let contacts = &mut scratch.contacts;
         let at = At { surface, press, step };
-        let round = (!contacts.is_faceted()).then_some(Round { steepest_m: STEEPEST * contacts.tool_m });
-        let (way, met) = match &round {
-            Some(round) => self.bend_and_meet(simd, &at, round, contacts),
-            None => self.bend_and_meet(simd, &at, &Faceted, contacts),
-        };
+        let way = self.bend(simd, &at, &mut scratch.contacts);
         let contacts = &scratch.contacts;
+        let met = self.meet(
+            simd,
+            &at,
+            contacts,
+            #[inline(always)]
+            |_, chunk, above| chunk.penetration_m.on(above.simd),
+        );
         let Some(Met { spot, pressure_pa, strain, around }) = met else {
             return Contact::default();
         };
         let Spot { ellipse, slide, open, .. } = spot;
-        let carried = match &round {
-            Some(round) => apart(
-                simd,
-                #[inline(always)]
-                || yields(simd, press, &spot, contacts, round, &mut scratch.pushes),
-            ),
-            None => apart(
-                simd,
-                #[inline(always)]
-                || yields(simd, press, &spot, contacts, &Faceted, &mut scratch.pushes),
-            ),
-        };
+        let carried = apart(
+            simd,
+            #[inline(always)]
+            || yields(simd, press, &spot, contacts, &mut scratch.pushes),
+        );
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let volume_m3 = -self.law.rim_share(strain, slide.share, open) * dent.content;
             let shape = RimShape::new(&self.law, slide, outwards(press.side) * around);
@@ -164,41 +156,19 @@ impl PlasticCsem {
         }
     }
 
-    /// How a wall gives way that bends, and what the clay then opposes.
-    #[inline(always)]
-    fn bend_and_meet<S: Simd>(
-        &self,
-        simd: S,
-        at: &At<'_>,
-        face: &impl Face,
-        contacts: &mut Contacts,
-    ) -> (GivenWay, Option<Met>) {
-        let way = self.bend(simd, at, face, contacts);
-        let met = self.meet(
-            simd,
-            at,
-            face,
-            contacts,
-            #[inline(always)]
-            |_, chunk, above| chunk.penetration_m.on(above.simd),
-        );
-        (way, met)
-    }
-
     /// What the clay opposes to penetrations; `None` where none is left.
     #[inline(always)]
     fn meet<S: Simd>(
         &self,
         simd: S,
         at: &At<'_>,
-        face: &impl Face,
         contacts: &Contacts,
         penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
     ) -> Option<Met> {
         let (ellipse, slope) = apart(
             simd,
             #[inline(always)]
-            || contact_ellipse(simd, contacts, &at.step, face, penetration_m),
+            || contact_ellipse(simd, contacts, &at.step, penetration_m),
         )?;
         let slide = Slide::of(at.press, &ellipse);
         let (support, thickness_m) = (at.surface.support(), at.surface.thickness_m());
@@ -240,7 +210,7 @@ impl PlasticCsem {
 
     /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
     #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, face: &impl Face, contacts: &mut Contacts) -> GivenWay {
+    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &mut Contacts) -> GivenWay {
         let &At { surface, press, step } = at;
         let Some(bending) = surface.bending() else { return GivenWay::default() };
         let Strength { yield_pa, youngs_pa } = press.strength;
@@ -249,7 +219,7 @@ impl PlasticCsem {
             simd.vectorize(
                 #[inline(always)]
                 || {
-                    let (met, carried) = self.rest(simd, at, face, contacts, way)?;
+                    let (met, carried) = self.rest(simd, at, contacts, way)?;
                     let force_n = carried * (met.pressure_pa * step.element_rad_m);
                     let ellipse = &met.spot.ellipse;
                     let patch_m = ellipse.mean_half_m();
@@ -267,23 +237,15 @@ impl PlasticCsem {
 
     /// What the clay opposes to what is left of the penetrations after a wall has given way, and what [`radial`] says of it.
     #[inline(always)]
-    fn rest<S: Simd>(
-        &self,
-        simd: S,
-        at: &At<'_>,
-        face: &impl Face,
-        contacts: &Contacts,
-        way: &GivenWay,
-    ) -> Option<(Met, f32)> {
+    fn rest<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<(Met, f32)> {
         let met = self.meet(
             simd,
             at,
-            face,
             contacts,
             #[inline(always)]
             |column, chunk, above| way.rest(column, chunk, above),
         )?;
-        let carried = radial(simd, at.press, &met.spot, contacts, face, way);
+        let carried = radial(simd, at.press, &met.spot, contacts, way);
         Some((met, carried))
     }
 }
@@ -359,66 +321,24 @@ const fn outwards(side: Side) -> f32 {
     }
 }
 
-/// How the tool leans against the rays that it meets: the part of its normal across them, down, and along them, which is never
-/// less than a half.
-#[derive(Clone, Copy)]
-struct Lean<S: Simd> {
-    aside: f32x8<S>,
-    up: f32x8<S>,
-    ahead: f32x8<S>,
-}
-
-/// The side that a tool turns to the clay.
-trait Face {
-    /// How it leans in a chunk of a column, given by its number, whose elements are `above` its middle.
-    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, number: usize, chunk: &Chunk, above: f32x8<S>) -> Lean<S>;
-}
-
-/// A sphere, in its own lengths.
-struct Round {
-    steepest_m: f32,
-}
-
-impl Face for Round {
-    #[inline(always)]
-    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, _: usize, chunk: &Chunk, above: f32x8<S>) -> Lean<S> {
-        let simd = above.simd;
-        let ahead = chunk.half_chord_m.on(simd).max(splat(simd, self.steepest_m));
-        Lean { aside: splat(simd, stretch.column.aside_m), up: above, ahead }
-    }
-}
-
-/// Flat facets.
-struct Faceted;
-
-impl Face for Faceted {
-    #[inline(always)]
-    fn lean<S: Simd>(&self, stretch: &Stretch<'_>, number: usize, _: &Chunk, above: f32x8<S>) -> Lean<S> {
-        let simd = above.simd;
-        let [ahead, aside, up] = &stretch.facing[number];
-        Lean { aside: aside.on(simd), up: -up.on(simd), ahead: ahead.on(simd).abs().max(splat(simd, STEEPEST)) }
-    }
-}
-
 /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
 #[inline(always)]
 fn contact_ellipse<S: Simd>(
     simd: S,
     contacts: &Contacts,
     step: &Step,
-    face: &impl Face,
     penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
 ) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::new(simd);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let mut slopes = zero;
     for stretch in contacts.stretches() {
-        for (number, (chunk, above)) in stretch.iter().enumerate() {
+        for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
             let touched = (penetration_m(stretch.column, chunk, above) * (1.0 / EDGE_M)).max(zero).min(one);
             let weight = touched * radius;
-            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above);
-            slopes += weight * (up * up + aside * aside) / (ahead * ahead);
+            let (aside, up) = (chunk.aside.on(simd), chunk.up.on(simd));
+            slopes += weight * (up * up + aside * aside);
             moments.add(weight, radius, above);
         }
         moments.end_column(stretch.column.angle_rad);
@@ -533,7 +453,6 @@ fn yields<S: Simd>(
     press: &Press,
     spot: &Spot,
     contacts: &Contacts,
-    face: &impl Face,
     pushes: &mut alloc::vec::Vec<Push>,
 ) -> Carried<S> {
     let mut dent = Moments::new(simd);
@@ -550,7 +469,8 @@ fn yields<S: Simd>(
         let &Column { angle_rad, cos, sin, .. } = stretch.column;
         let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
         rest = others;
-        // three short loops: the figures of one long one would not fit into the registers of a small processor
+        let [mut ahead_sum, mut aside_sum] = [zero; 2];
+        // two short loops: the figures of one long one would not fit into the registers of a small processor
         for ((chunk, above), push) in stretch.iter().zip(&mut *pushes) {
             let (depth, radius) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd));
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above.on(simd));
@@ -558,18 +478,12 @@ fn yields<S: Simd>(
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
             let carried = part.min(one) * shape * (radius - depth * outwards);
+            ahead_sum += carried;
+            aside_sum += carried * chunk.aside.on(simd);
+            z -= carried * chunk.up.on(simd);
             let rising = (one - part).max(zero);
             let delta = (depth - elastic).max(zero) * response;
-            *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
-        }
-        let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        for (number, ((chunk, above), push)) in stretch.iter().zip(&*pushes).enumerate() {
-            let Lean { aside, up, ahead } = face.lean(&stretch, number, chunk, above.on(simd));
-            let carried = push.carried.on(simd);
-            let slope = carried / ahead;
-            ahead_sum += carried;
-            aside_sum += slope * aside;
-            z -= slope * up;
+            *push = Push { delta_m: delta.into(), rising: rising.into() };
         }
         for ((chunk, above), push) in stretch.iter().zip(&*pushes) {
             let radius = chunk.radius_m.on(simd);
@@ -586,7 +500,7 @@ fn yields<S: Simd>(
 /// Sum of share·area·(the normal's part along the tool's own ray, away from the clay), over the area of an element at radius 1,
 /// after a wall has given way.
 #[inline(always)]
-fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, face: &impl Face, way: &GivenWay) -> f32 {
+fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way: &GivenWay) -> f32 {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let [mut x, mut y] = [zero; 2];
     let bed = spot.bed();
@@ -594,14 +508,13 @@ fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, fac
     for stretch in contacts.stretches() {
         let &Column { angle_rad, cos, sin, .. } = stretch.column;
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        for (number, (chunk, above)) in stretch.iter().enumerate() {
+        for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
             let depth = way.rest(stretch.column, chunk, above);
-            let Lean { aside, ahead, .. } = face.lean(&stretch, number, chunk, above);
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
             let carried = (depth / elastic).min(one) * shape * (radius - depth * outwards);
             ahead_sum += carried;
-            aside_sum += carried / ahead * aside;
+            aside_sum += carried * chunk.aside.on(simd);
         }
         let aside = aside_sum * outwards;
         x += ahead_sum * cos - aside * sin;

@@ -13,9 +13,10 @@ use super::lanes::{
     LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, Vectors, counted, f32x8, only, positive, splat, sum,
     with_vectors,
 };
-use super::plastic::{Bed, Met, STEEPEST, Slide, Spot};
+use super::plastic::{Bed, Met, Slide, Spot};
 use super::rim::{Rim, RimShape};
 use super::{Contact, PlasticCsem, Strength, Support};
+use crate::tool::STEEPEST;
 
 /// Places round the pot at which an element is looked at while it passes the tool.
 const NODES: usize = 12;

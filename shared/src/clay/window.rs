@@ -149,12 +149,10 @@ pub(super) struct Push {
     pub(super) delta_m: Eight,
     /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
     pub(super) rising: Eight,
-    /// Area over the angle and height of an element, times the share of the pressure that it carries, m.
-    pub(super) carried: Eight,
 }
 
 impl Push {
-    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO, carried: Eight::ZERO };
+    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO };
 }
 
 /// A touched element beside an untouched one.
