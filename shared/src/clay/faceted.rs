@@ -143,6 +143,10 @@ impl Contacts {
                 let penetration_m = ((radius_m - behind_m - edge_m) * outwards).max(splat(simd, 0.0));
                 let chunk = Chunk { penetration_m: penetration_m.into(), radius_m: radius_m.into(), ..Chunk::NONE };
                 if !positive(penetration_m).any_true() {
+                    // the memory is the last press's
+                    if !LEANS {
+                        room[number] = [Eight::ZERO; 3];
+                    }
                     return chunk;
                 }
                 let [along, aside, up] = face.facing(simd, &facets[number]);
