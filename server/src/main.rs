@@ -20,6 +20,9 @@ use clap::{Parser, Subcommand};
 use pottery_server::{FileConfig, Finest, Server, ServerConfig};
 use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 /// The pottery studio's server: people join it, shape the pots on its wheels together, and feel the clay.
 ///
@@ -152,13 +155,12 @@ enum Log {
 #[tokio::main]
 async fn main() -> ExitCode {
     let flags = Flags::parse();
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env();
-    let log = tracing_subscriber::fmt()
-        .with_env_filter(filter.unwrap_or_else(|_| "pottery_server=info".into()))
-        .with_writer(std::io::stderr);
+    let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
+    let filter = asked.unwrap_or_else(|| Targets::new().with_target("pottery_server", LevelFilter::INFO));
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
     match flags.log {
-        Log::Text => log.init(),
-        Log::Json => log.json().init(),
+        Log::Text => tracing_subscriber::registry().with(log).with(filter).init(),
+        Log::Json => tracing_subscriber::registry().with(log.json()).with(filter).init(),
     }
     match run(flags).await {
         Ok(()) => ExitCode::SUCCESS,

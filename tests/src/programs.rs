@@ -22,8 +22,9 @@ pub fn program(name: &str) -> PathBuf {
     BUILT.get_or_init(|| {
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         let mut build = Command::new(cargo);
-        // what tells a test which package is its own would have dependencies built again, which look at it
-        let is_packages = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
+        // what tells a test which package is its own and where that wrote would have dependencies built again, which look at it
+        let is_packages =
+            |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") || name == "OUT_DIR";
         for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(is_packages)) {
             build.env_remove(name);
         }

@@ -32,19 +32,20 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::Parser;
 use pottery_client::device::survey;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use arguments::{Arguments, Mode};
 
 fn main() -> ExitCode {
     window::begin_timing();
     let arguments = Arguments::parse();
-    tracing_subscriber::fmt()
-        .with_env_filter(
-            tracing_subscriber::EnvFilter::try_from_default_env()
-                .unwrap_or_else(|_| "warn,winit=error,pulseaudio=off".into()),
-        )
-        .with_writer(std::io::stderr)
-        .init();
+    let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
+    let usual = [("winit", LevelFilter::ERROR), ("pulseaudio", LevelFilter::OFF)];
+    let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN).with_targets(usual));
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    tracing_subscriber::registry().with(log).with(filter).init();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
