@@ -102,9 +102,9 @@ impl Helpers {
 }
 
 impl Crew for Helpers {
-    fn each<T: Send>(&self, work: &mut [T], each: impl Fn(&mut T) + Sync) {
+    fn each<T: Send>(&self, work: impl ExactSizeIterator<Item = T> + Send, each: impl Fn(T) + Sync) {
         let helpers = self.pool.current_num_threads().min(work.len().saturating_sub(1));
-        let pieces = Mutex::new(work.iter_mut());
+        let pieces = Mutex::new(work);
         let next = || pieces.lock().unwrap_or_else(PoisonError::into_inner).next();
         let go_on = || {
             let begun = Instant::now();
@@ -135,7 +135,7 @@ mod tests {
         let helpers = Helpers::new(3).expect("the system gives threads");
         for pieces in [0, 1, 2, 7, 500] {
             let mut work = vec![0; pieces];
-            helpers.each(&mut work, |piece| *piece += 1);
+            helpers.each(work.iter_mut(), |piece| *piece += 1);
             assert_eq!(work, vec![1; pieces]);
         }
     }

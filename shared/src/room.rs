@@ -483,8 +483,8 @@ impl Room {
             let again = AGAIN_A_TICK.div_ceil(remaking) as u32;
             let now = self.now;
             self.desks.resize_with(self.busy.len(), Desk::default);
-            let mut work = together(&mut self.benches, &self.busy, &mut self.desks);
-            crew.each(&mut work, |(bench, desk)| bench.step(now, again, &mut desk.outbox, &mut desk.refusals));
+            let work = together(&mut self.benches, &self.busy, &mut self.desks);
+            crew.each(work, |(bench, desk)| bench.step(now, again, &mut desk.outbox, &mut desk.refusals));
             for desk in &mut self.desks {
                 self.outbox.append(&mut desk.outbox);
                 self.counts.refusals.add(&core::mem::take(&mut desk.refusals));

@@ -8,16 +8,16 @@
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use bytes::{BufMut as _, Bytes, BytesMut};
 use hdrhistogram::Histogram;
 use pottery_client::{Streams, Target, client_config, endpoint, join};
 use pottery_server::{Certificate, bind};
 use pottery_shared::protocol::{Body, DATAGRAM_MEMORY_MAX, JoinCode, Pulse, decode};
 use pottery_shared::session::Client;
+use pottery_tests::load::bare::{self, SNAPSHOT, STAMP_BYTES};
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::{Host, usage};
 use pottery_tests::load::plan::Plan;
@@ -27,7 +27,6 @@ use tokio::task::JoinSet;
 
 /// Says to this program that it is the bare server, and with how many bytes a datagram.
 const BARE: &str = "POTTERY_BARE_BYTES";
-const SNAPSHOT: Duration = Duration::from_nanos(16_666_667);
 const WARM_UP: Duration = Duration::from_secs(2);
 const MEASURED: Duration = Duration::from_secs(6);
 const TURNS: usize = 3;
@@ -192,8 +191,6 @@ fn press(target: &Target) -> Result<(), Fault> {
 
 /// What quinn puts round a datagram is not its sender's.
 const ROUND_BYTES: f64 = 29.0;
-/// When it was due, ns since its server began: the first of a bare datagram's bytes.
-const STAMP_BYTES: usize = 8;
 
 /// The bare server in a process of its own, and readers here.
 fn plain(subscribers: u32, bytes: f64, apart: Option<Apart>) -> Result<Cost, Fault> {
@@ -338,40 +335,12 @@ async fn hear(connection: quinn::Connection, server: Arc<Server>, heard: Arc<Hea
     }
 }
 
-/// Sends everybody the same bytes sixty times a second, with the studio's transport.
+/// The bare server with so many bytes a datagram; never ends.
 async fn serve(bytes: usize) -> Result<(), Fault> {
     let endpoint = pottery_server::endpoint(bind(SocketAddr::from(([127, 0, 0, 1], 0)))?, Certificate::fresh()?)?;
     println!("{}", endpoint.local_addr()?);
-    let (came, mut coming) = tokio::sync::mpsc::channel(1024);
-    tokio::spawn(async move {
-        while let Some(incoming) = endpoint.accept().await {
-            if let Ok(connection) = incoming.await
-                && came.send(connection).await.is_err()
-            {
-                return;
-            }
-        }
-    });
-    let mut subscribers: Vec<quinn::Connection> = Vec::new();
-    let mut tick = tokio::time::interval(SNAPSHOT);
-    let began = tokio::time::Instant::now();
-    loop {
-        tokio::select! {
-            due = tick.tick() => {
-                let payload = stamped(due - began, bytes);
-                subscribers.retain(|subscriber| subscriber.send_datagram(payload.clone()).is_ok());
-            }
-            Some(subscriber) = coming.recv() => subscribers.push(subscriber),
-        }
-    }
-}
-
-/// A datagram of so many bytes that says when it was due.
-fn stamped(due: Duration, bytes: usize) -> Bytes {
-    let mut datagram = BytesMut::with_capacity(bytes);
-    datagram.put_u64_le(due.as_nanos() as u64);
-    datagram.resize(bytes, 7);
-    datagram.freeze()
+    bare::serve(endpoint, bytes, &AtomicU64::new(0)).await;
+    Ok(())
 }
 
 /// Bytes of a datagram, calls that are timed, and addresses that are sent to, through the system alone.

@@ -5,6 +5,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts what a thread asks of the allocator.
 #[derive(Clone, Copy, Debug)]
@@ -13,11 +14,20 @@ pub struct Counting;
 thread_local! {
     static REQUESTS: Cell<u64> = const { Cell::new(0) };
     static HELD_BYTES: Cell<i64> = const { Cell::new(0) };
+    static IS_MARKED: Cell<bool> = const { Cell::new(false) };
 }
+
+/// What all marked threads together asked for: how often, and how many bytes.
+static MARKED_REQUESTS: AtomicU64 = AtomicU64::new(0);
+static MARKED_BYTES: AtomicU64 = AtomicU64::new(0);
 
 fn note(more_bytes: usize, less_bytes: usize) {
     REQUESTS.set(REQUESTS.get() + 1);
     HELD_BYTES.set(HELD_BYTES.get() + more_bytes as i64 - less_bytes as i64);
+    if more_bytes > 0 && IS_MARKED.get() {
+        MARKED_REQUESTS.fetch_add(1, Ordering::Relaxed);
+        MARKED_BYTES.fetch_add(more_bytes as u64, Ordering::Relaxed);
+    }
 }
 
 // SAFETY: hands everything on to the system's allocator as it is; the counter is a plain cell that allocates nothing.
@@ -58,4 +68,15 @@ pub fn requests(work: impl FnOnce()) -> u64 {
     let before = requests_so_far();
     work();
     requests_so_far() - before
+}
+
+/// Counts from now on what this thread asks for among what all marked ones do.
+pub fn mark_this_thread() {
+    IS_MARKED.set(true);
+}
+
+/// How often all marked threads asked for memory so far, and for how many bytes; what they gave back is not counted.
+#[must_use]
+pub fn asked_by_marked() -> (u64, u64) {
+    (MARKED_REQUESTS.load(Ordering::Relaxed), MARKED_BYTES.load(Ordering::Relaxed))
 }

@@ -1,10 +1,11 @@
 //! Load for a server: many people at its wheels, in one process, on a schedule that does not wait for answers.
 //!
 //! Owns what is asked of a run ([`plan`]), when each input is due ([`schedule`]), the people ([`hand`], [`follower`],
-//! [`person`], [`virtual_room`]), the server's process ([`host`]), the machine ([`bystander`], [`cores`]), what is counted ([`figures`]) and what is made of it ([`result`](mod@result),
+//! [`person`], [`virtual_room`]), the server's process ([`host`]), what it is compared with ([`mod@bare`]), the machine ([`bystander`], [`cores`]), what is counted ([`figures`]) and what is made of it ([`result`](mod@result),
 //! [`threshold`], [`page`]); [`run`](mod@run) goes through it, [`knee`], [`law`] and [`soak`] go through many.
 //! Invariant: a latency runs from the moment at which its input was due, however late the generator or the server is.
 
+pub mod bare;
 pub mod bystander;
 pub mod cores;
 pub mod figures;

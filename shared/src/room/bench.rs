@@ -124,6 +124,8 @@ pub(super) struct Bench {
     owed_since: Option<Tick>,
     presses: Vec<Press>,
     pressing: Vec<(PeerId, Pressed)>,
+    /// The same as the history notes them: each with whether it met clay.
+    noted: Vec<(Pressed, bool)>,
     /// Samples pressed since the history had its share of time.
     pressed_in_tick: u32,
     history: History,
@@ -184,6 +186,7 @@ impl Bench {
             owed_since: None,
             presses: Vec::new(),
             pressing: Vec::new(),
+            noted: Vec::new(),
             transcript: Some(Transcript::default()),
             told: 0,
             sights: Sights::default(),
@@ -502,8 +505,9 @@ impl Bench {
         let any_touches = self.substep.met().contains(&true);
         if any_touches {
             let pressed = self.pressing.iter().map(|(_, pressed)| *pressed);
-            let mut sub_step: Vec<_> = pressed.zip(self.substep.met().iter().copied()).collect();
-            self.history.note(&mut sub_step);
+            self.noted.clear();
+            self.noted.extend(pressed.zip(self.substep.met().iter().copied()));
+            self.history.note(&mut self.noted);
         }
         self.pressed_in_tick += self.pressing.len() as u32;
         let told = self.pressing.iter().map(|(_, pressed)| *pressed);

@@ -3,8 +3,6 @@
 //! Owns no thread: who does what is the caller's, and what comes of it goes on in the order of the wheels.
 //! Invariant: a wheel is done by one hand alone, and no wheel sees another within a tick.
 
-use alloc::vec::Vec;
-
 use super::Outbox;
 use super::bench::Bench;
 use crate::session::Refusals;
@@ -12,7 +10,7 @@ use crate::session::Refusals;
 /// Whoever does the wheels of a tick: alone, one after the other, or several at one time.
 pub trait Crew {
     /// Does every piece of work once, in any order, and returns when all are done.
-    fn each<T: Send>(&self, work: &mut [T], each: impl Fn(&mut T) + Sync);
+    fn each<T: Send>(&self, work: impl ExactSizeIterator<Item = T> + Send, each: impl Fn(T) + Sync);
 }
 
 /// One after the other.
@@ -20,8 +18,8 @@ pub trait Crew {
 pub struct Alone;
 
 impl Crew for Alone {
-    fn each<T: Send>(&self, work: &mut [T], each: impl Fn(&mut T) + Sync) {
-        work.iter_mut().for_each(each);
+    fn each<T: Send>(&self, work: impl ExactSizeIterator<Item = T> + Send, each: impl Fn(T) + Sync) {
+        work.for_each(each);
     }
 }
 
@@ -35,15 +33,15 @@ pub(super) struct Desk {
 /// The wheels of `busy`, which ascends, each with a desk.
 pub(super) fn together<'a>(
     benches: &'a mut [Bench],
-    busy: &[usize],
+    busy: &'a [usize],
     desks: &'a mut [Desk],
-) -> Vec<(&'a mut Bench, &'a mut Desk)> {
-    let mut work = Vec::with_capacity(busy.len());
+) -> impl ExactSizeIterator<Item = (&'a mut Bench, &'a mut Desk)> {
     let (mut rest, mut passed) = (benches, 0);
-    for (&place, desk) in busy.iter().zip(desks) {
-        let Some((bench, behind)) = rest.split_at_mut(place - passed).1.split_first_mut() else { break };
-        work.push((bench, desk));
-        (rest, passed) = (behind, place + 1);
-    }
-    work
+    busy.iter().zip(desks).map(move |(&place, desk)| {
+        let bench;
+        (bench, rest) =
+            core::mem::take(&mut rest)[place - passed..].split_first_mut().expect("every place has a wheel");
+        passed = place + 1;
+        (bench, desk)
+    })
 }

@@ -88,7 +88,14 @@ impl KeptClay {
 pub(crate) fn steps_of(surface: &Surface, window: Window) -> Arc<[u16]> {
     let rows = window.first_row as usize..window.end_row() as usize;
     let columns = window.first_column..window.first_column + window.columns;
-    columns.flat_map(|column| &surface.column_m(column)[rows.clone()]).map(|&radius_m| quantise(radius_m)).collect()
+    // of a length that is known, so that it is asked for once and does not grow
+    let mut steps: Arc<[u16]> = core::iter::repeat_n(0, rows.len() * columns.len()).collect();
+    let filled = Arc::get_mut(&mut steps).expect("nobody else has it yet");
+    for (column, filled) in columns.zip(filled.chunks_exact_mut(rows.len())) {
+        let radii_m = &surface.column_m(column)[rows.clone()];
+        filled.iter_mut().zip(radii_m).for_each(|(step, &radius_m)| *step = quantise(radius_m));
+    }
+    steps
 }
 
 /// Gives a window steps, column by column; false when it had them.

@@ -86,11 +86,10 @@ impl Transcript {
         let mut models = Models::new(since);
         for step in self.sub_steps() {
             encoder.bit(&mut models.more, true);
-            let now = models.hands(&mut encoder, step.iter().map(|pressed| pressed.client));
-            for (client, pressed) in now.iter().zip(step) {
-                models.pressed(&mut encoder, *client, Some(pressed));
+            models.hands(&mut encoder, step);
+            for pressed in step {
+                models.pressed(&mut encoder, pressed.client, Some(pressed));
             }
-            models.present = now;
         }
         encoder.bit(&mut models.more, false);
         encoder.finish();
@@ -104,15 +103,15 @@ impl Transcript {
         let mut models = Models::new(since);
         let mut transcript = Self::default();
         while decoder.bit(&mut models.more, false) {
-            let now = models.hands(&mut decoder, core::iter::empty());
-            let start = transcript.pressed.len();
-            if decoder.is_exhausted() || start + now.len() > Self::PRESSED_MAX {
+            models.hands(&mut decoder, &[]);
+            let hands = models.present.len();
+            if decoder.is_exhausted() || transcript.pressed.len() + hands > Self::PRESSED_MAX {
                 return None;
             }
-            for &client in &now {
+            for at in 0..hands {
+                let client = models.present[at];
                 transcript.pressed.push(models.pressed(&mut decoder, client, None)?);
             }
-            models.present = now;
             transcript.ends.push(transcript.pressed.len());
             if transcript.ends.len() > Self::SUB_STEPS_MAX {
                 return None;
@@ -135,7 +134,7 @@ struct Known {
 #[derive(Debug)]
 struct Models {
     since: Tick,
-    /// Who pressed in the sub-step before.
+    /// Who presses in the sub-step, in ascending order.
     present: Vec<u16>,
     known: Vec<Known>,
     more: BitModel,
@@ -171,22 +170,21 @@ impl Models {
         }
     }
 
-    /// Who presses in the next sub-step, in ascending order.
-    fn hands(&mut self, symbols: &mut impl Symbols, clients: impl Iterator<Item = u16>) -> Vec<u16> {
-        let given: Vec<u16> = clients.collect();
-        if symbols.bit(&mut self.same_hands, given != self.present) {
-            let count = self.hands.code(symbols, given.len() as u32).min(Transcript::PRESSED_MAX as u32 + 1);
-            let mut hands = Vec::new();
-            let mut next = 0_u16;
-            for at in 0..count as usize {
-                let gap = given.get(at).map_or(0, |client| u32::from(client.wrapping_sub(next)));
-                let client = next.wrapping_add(self.client.code(symbols, gap) as u16);
-                hands.push(client);
-                next = client.wrapping_add(1);
-            }
-            return hands;
+    /// Goes on from who pressed in the sub-step before to who presses in the next one.
+    fn hands(&mut self, symbols: &mut impl Symbols, given: &[Pressed]) {
+        let are_others = !given.iter().map(|pressed| &pressed.client).eq(&self.present);
+        if !symbols.bit(&mut self.same_hands, are_others) {
+            return;
         }
-        self.present.clone()
+        self.present.clear();
+        let count = self.hands.code(symbols, given.len() as u32).min(Transcript::PRESSED_MAX as u32 + 1);
+        let mut next = 0_u16;
+        for at in 0..count as usize {
+            let gap = given.get(at).map_or(0, |pressed| u32::from(pressed.client.wrapping_sub(next)));
+            let client = next.wrapping_add(self.client.code(symbols, gap) as u16);
+            self.present.push(client);
+            next = client.wrapping_add(1);
+        }
     }
 
     /// One sample; `None` when decoding something that is none.

@@ -168,7 +168,7 @@ impl Log {
     }
 
     fn pack(&mut self, now: Tick, in_snapshot: bool) {
-        let transcript = core::mem::take(&mut self.open.transcript);
+        let transcript = &mut self.open.transcript;
         let packed = Packed {
             // there are sixty of them a second: none keeps more room than it fills
             settings: core::mem::take(&mut self.open.settings).into(),
@@ -180,6 +180,7 @@ impl Log {
             ends_in_snapshot: in_snapshot,
         };
         self.before += transcript.pressed() as u64;
+        transcript.clear();
         self.bytes += packed.bytes();
         self.packed.push_back(packed);
     }
