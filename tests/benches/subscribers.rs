@@ -3,7 +3,8 @@
 //! Measures, asserts nothing. Run it with `cargo bench -p pottery-tests --bench subscribers -- [subscribers]`, after
 //! `cargo build --release -p pottery-server`. Ours and the bare one take turns, three times, each a process of its own under
 //! the same readers; below them the system's own limit: one datagram a call, and sixteen a call, to one address (GSO) and to sixteen (`sendmmsg`).
-//! With `-- limit [subscribers]` each has a core of its own and more and more subscribers, until what they get is older than 20 ms (p99).
+//! With `-- limit [subscribers]` each has a core of its own and more and more subscribers, or fewer and fewer, to where what they get is older
+//! than 20 ms (p99).
 
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
@@ -103,29 +104,60 @@ const OLD_MS: f64 = 20.0;
 /// How many subscribers each holds on a core of its own, by turns, so that an hour in which the machine is slow is both's.
 fn limits(first: u32) -> Result<(), Fault> {
     let apart = Apart::new(1)?;
-    let (mut held, mut next, mut bytes) = ([0; 2], first, None);
-    let mut climb = [true; 2];
-    while climb.contains(&true) {
-        if climb[0] {
-            climb[0] = holds("studio", next, || {
-                let cost = studio(next, Some(apart))?;
+    let mut bytes = None;
+    let mut searches = [Search::default(); 2];
+    while searches.iter().any(|search| !search.is_over) {
+        if !searches[0].is_over {
+            let subscribers = searches[0].subscribers(first);
+            let is_held = holds("studio", subscribers, || {
+                let cost = studio(subscribers, Some(apart))?;
                 bytes.get_or_insert(cost.bytes);
                 Ok(cost)
             })?;
+            searches[0].go_on(is_held);
         }
-        let bytes = bytes.ok_or("the studio comes first")?;
-        climb[1] = climb[1] && holds("bare", next, || plain(next, bytes, Some(apart)))?;
-        for (held, _) in held.iter_mut().zip(climb).filter(|(_, climbs)| *climbs) {
-            *held = next;
+        if !searches[1].is_over {
+            let bytes = bytes.ok_or("the studio comes first")?;
+            let subscribers = searches[1].subscribers(first);
+            let is_held = holds("bare", subscribers, || plain(subscribers, bytes, Some(apart)))?;
+            searches[1].go_on(is_held);
         }
-        next = (f64::from(next) * MORE) as u32;
     }
-    let [ours, bare] = held;
+    let [ours, bare] = searches.map(|search| if search.is_held { search.subscribers(first) } else { 0 });
     println!(
         "within {OLD_MS} ms: studio {ours}, bare quinn {bare}: studio/bare = {:.2}",
         f64::from(ours) / f64::from(bare)
     );
     Ok(())
+}
+
+/// The search for the most that a server holds: up as long as they are held, or else down until they are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Search {
+    /// Steps from the first try on, each [`MORE`] times as many.
+    step: i32,
+    is_held: bool,
+    is_over: bool,
+}
+
+impl Search {
+    /// A fifth of the first try; who holds no more is out of order.
+    const DOWN_MAX: i32 = -28;
+
+    fn subscribers(&self, first: u32) -> u32 {
+        (f64::from(first) * MORE.powi(self.step)) as u32
+    }
+
+    /// Takes in whether so many were held.
+    const fn go_on(&mut self, is_held: bool) {
+        match (is_held, self.is_held) {
+            // it came down to here
+            (true, false) if self.step < 0 => (self.is_held, self.is_over) = (true, true),
+            (true, _) => (self.step, self.is_held) = (self.step + 1, true),
+            (false, true) => (self.step, self.is_over) = (self.step - 1, true),
+            (false, false) => (self.step, self.is_over) = (self.step - 1, self.step - 1 < Self::DOWN_MAX),
+        }
+    }
 }
 
 /// Whether so many are served in time in one run of two.

@@ -3,6 +3,7 @@
 //! Owns Xvfb and what is typed and pointed there, also at a control by what it says; knows no clay.
 //! Invariant: the studio finds preferences of the display's own, and the display ends with the value.
 
+use std::fmt;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -13,7 +14,9 @@ use std::time::{Duration, Instant};
 
 use x11rb::COPY_DEPTH_FROM_PARENT;
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{Atom, ConnectionExt, CreateWindowAux, ImageFormat, PropMode, Window, WindowClass};
+use x11rb::protocol::xproto::{
+    Atom, ConnectionExt, CreateWindowAux, ImageFormat, InputFocus, PropMode, Window, WindowClass,
+};
 use x11rb::rust_connection::{ReplyError, RustConnection};
 use x11rb::wrapper::ConnectionExt as _;
 
@@ -166,6 +169,16 @@ impl Display {
         (studio, Controls { display: self, said })
     }
 
+    /// Takes the keyboard away from every window.
+    ///
+    /// # Panics
+    /// When the display does not do as it is asked.
+    pub fn leave_windows(&self) {
+        let (server, _) = RustConnection::connect(Some(&self.name)).expect("the display runs");
+        let left = server.set_input_focus(InputFocus::NONE, x11rb::NONE, x11rb::CURRENT_TIME);
+        left.expect("the display runs").check().expect("the display does as it is asked");
+    }
+
     /// Waits until a window besides `known` is there.
     ///
     /// # Panics
@@ -253,7 +266,7 @@ impl Desktop {
 }
 
 /// Something in a window that says what it is, as a screen reader is told of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Control {
     /// What it is, in AccessKit's words.
     pub role: String,
@@ -261,6 +274,13 @@ pub struct Control {
     pub name: String,
     /// Left, top, width and height, pixels.
     pub place: [i32; 4],
+}
+
+/// On one line: a window has a hundred of them, and a test that fails shows them all.
+impl fmt::Debug for Control {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} {:?} at {:?}", self.role, self.name, self.place)
+    }
 }
 
 impl Control {

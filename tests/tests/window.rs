@@ -127,6 +127,24 @@ fn a_newcomer_is_shown_the_lesson_until_it_is_skipped() {
 }
 
 #[test]
+fn a_key_that_is_down_when_the_window_comes_to_the_front_was_another_ones() {
+    let display = Display::new();
+    let mut studio = open(&display);
+    let window = display.window(&[]);
+    until(&display, "clay", |pixels| {
+        let [red, _, blue] = colour(pixels, POT);
+        red > blue + 30.0
+    });
+    for _ in 0..3 {
+        display.leave_windows();
+        display.run("xdotool", &["keydown", "Escape", "windowfocus", &window, "sleep", "0.3", "keyup", "Escape"]);
+    }
+    std::thread::sleep(Duration::from_millis(700));
+    assert!(studio.try_wait().unwrap().is_none(), "it closed");
+    close(&display, studio);
+}
+
+#[test]
 fn without_a_graphics_driver_a_window_is_one_sentence_with_what_to_install() {
     let display = Display::new();
     let none = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|variable| (variable, "/nonexistent.json"));

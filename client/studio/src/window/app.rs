@@ -627,7 +627,8 @@ impl ApplicationHandler<Call> for App {
                 }
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
+            // a key that was down already when the window came to the front was pressed for another one
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if event.state == ElementState::Pressed => {
                 if event.logical_key == Key::Named(NamedKey::Enter) {
                     if !event.repeat {
                         self.switch_force(is_panels);

@@ -647,7 +647,9 @@ impl ApplicationHandler<Call> for Looker {
                     event_loop.exit();
                 }
             }
-            WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !is_panels => {
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
+                if event.state == ElementState::Pressed && !is_panels =>
+            {
                 self.key(event_loop, &event.logical_key);
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(Vec2::new(position.x as f32, position.y as f32)),
