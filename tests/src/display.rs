@@ -121,6 +121,8 @@ impl Display {
             .args(arguments)
             .env("DISPLAY", &self.name)
             .env("XDG_CONFIG_HOME", &self.settings)
+            // Mesa takes every core for a picture otherwise, for which windows of other tests wait
+            .env("LP_NUM_THREADS", "1")
             .env("LC_ALL", "C.UTF-8")
             .env("RUST_LOG", filter)
             .env("NO_COLOR", "1")
@@ -179,7 +181,7 @@ impl Display {
         left.expect("the display runs").check().expect("the display does as it is asked");
     }
 
-    /// Waits until a window besides `known` is there.
+    /// Waits until a window besides `known` is seen: one that is there already but not shown yet takes no keyboard.
     ///
     /// # Panics
     /// When none appears.
@@ -187,7 +189,7 @@ impl Display {
     pub fn window(&self, known: &[String]) -> String {
         let deadline = Instant::now() + Duration::from_secs(60);
         while Instant::now() < deadline {
-            let found = self.run("xdotool", &["search", "--name", "Pottery studio"]);
+            let found = self.run("xdotool", &["search", "--onlyvisible", "--name", "Pottery studio"]);
             if let Some(window) = found.lines().find(|window| !known.iter().any(|known| known == window)) {
                 return window.to_owned();
             }

@@ -77,7 +77,20 @@ fn refusal(arguments: &[&str]) -> String {
     said
 }
 
+/// All that is looked at in the chart that was measured once: every test may be a process of its own, which would measure it again.
 #[test]
+fn the_smallest_chart_is_whole() {
+    every_file_of_figures_is_a_table_with_every_method();
+    every_figure_has_its_unit_in_the_name_of_its_column();
+    every_error_is_a_number_that_is_not_negative();
+    every_grid_is_timed_in_every_step_that_was_asked_for();
+    cusps_grow_with_the_pitch();
+    progress_tells_of_every_piece_that_was_expected();
+    chart_is_written_into_a_new_folder();
+    every_picture_is_whole_and_shown_on_the_page();
+    machine_is_stated();
+}
+
 fn every_file_of_figures_is_a_table_with_every_method() {
     for file in CHART.named(".csv") {
         let (columns, rows) = table(file);
@@ -90,7 +103,6 @@ fn every_file_of_figures_is_a_table_with_every_method() {
     }
 }
 
-#[test]
 fn every_figure_has_its_unit_in_the_name_of_its_column() {
     const UNITS: &[&str] = &[
         "mm",
@@ -121,7 +133,6 @@ fn every_figure_has_its_unit_in_the_name_of_its_column() {
     }
 }
 
-#[test]
 fn every_error_is_a_number_that_is_not_negative() {
     for file in ["methods.csv", "cases.csv", "convergence.csv", "lathe.csv"] {
         let (columns, rows) = table(file);
@@ -136,7 +147,6 @@ fn every_error_is_a_number_that_is_not_negative() {
     }
 }
 
-#[test]
 fn every_grid_is_timed_in_every_step_that_was_asked_for() {
     let extent = Extent::smallest();
     for (row, _) in methods() {
@@ -150,7 +160,6 @@ fn every_grid_is_timed_in_every_step_that_was_asked_for() {
     }
 }
 
-#[test]
 fn cusps_grow_with_the_pitch() {
     // but for the improved method, which digs on at every pass
     for (row, _) in methods().filter(|(_, method)| *method != MethodKind::Improved) {
@@ -160,13 +169,11 @@ fn cusps_grow_with_the_pitch() {
     }
 }
 
-#[test]
 fn progress_tells_of_every_piece_that_was_expected() {
     let expected = CHART.pieces[0].1;
     assert_eq!(CHART.pieces, (0..expected).map(|done| (done, expected)).collect::<Vec<_>>());
 }
 
-#[test]
 fn chart_is_written_into_a_new_folder() {
     let folder = folder("written");
     let files = chart::write(&CHART.figures, &folder).unwrap();
@@ -176,7 +183,6 @@ fn chart_is_written_into_a_new_folder() {
     }
 }
 
-#[test]
 fn every_picture_is_whole_and_shown_on_the_page() {
     let page = CHART.text("index.md");
     for file in CHART.named(".png") {
@@ -196,7 +202,6 @@ fn every_picture_is_whole_and_shown_on_the_page() {
     }
 }
 
-#[test]
 fn machine_is_stated() {
     let text = CHART.text("machine.json");
     let value: serde_json::Value = serde_json::from_str(text).unwrap();

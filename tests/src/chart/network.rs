@@ -130,6 +130,12 @@ pub fn measure(
     others: &[PathBuf],
     progress: &mut Progress<'_>,
 ) -> Result<NetworkFigures, NetworkError> {
+    // before anything is measured, since what cannot be gone through would be found minutes later
+    let open = |path: &PathBuf| -> Result<(String, Clay), NetworkError> {
+        let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().replace(',', " "));
+        Ok((name, Clay::open(path)?))
+    };
+    let mut others = others.iter().map(open).collect::<Result<Vec<_>, _>>()?;
     let sessions = extent.takes.len() + others.len();
     let subscribed = &extent.takes[..extent.subscribed];
     progress.expect((extent.prediction.len() + extent.takes.len() + sessions + subscribed.len()) as u32);
@@ -144,14 +150,14 @@ pub fn measure(
         progress.begin(&format!("recording {}", take.title()));
         paths.push((take.title(), take.record(folder)?));
     }
-    for path in others {
-        let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().replace(',', " "));
-        paths.push((name, path.clone()));
-    }
     let mut codecs = Vec::new();
     for (name, path) in &paths {
         progress.begin(&format!("codecs, {name}"));
         codecs.extend(codecs::measure(name, &mut Clay::open(path)?)?);
+    }
+    for (name, clay) in &mut others {
+        progress.begin(&format!("codecs, {name}"));
+        codecs.extend(codecs::measure(name, clay)?);
     }
     let mut subscription = Vec::new();
     for (name, path) in &paths[..subscribed.len()] {
