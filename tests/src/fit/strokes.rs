@@ -84,6 +84,9 @@ pub struct StrokeFigures {
     pub number: usize,
     /// Root mean square of the difference of the grooves over 15 mm to both sides of the tool's path, over its depth.
     pub groove: f64,
+    /// Half of what the two sides of the reference's groove differ by, over the depth, as a root mean square: no clay that is even can be nearer to
+    /// a first stroke than this.
+    pub uneven: f64,
     /// Deepest and highest place of the groove, mm: the method's and the reference's.
     pub lowest_mm: [f64; 2],
     /// See `lowest_mm`.
@@ -136,10 +139,20 @@ fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -
             let groove =
                 Profile::parse(stroke.groove).map_err(|source| FitError::Reference { file: file(), source })?;
             let force_n = stroke.make(&mut pressing, method);
+            let uneven = stroke.uneven(&groove);
             let (groove, [lowest_mm, highest_mm]) = stroke.compare(&pressing, &groove);
             let reference_force_n = drawing.force_n(number)?;
             let name = drawing.name;
-            figures.push(StrokeFigures { name, number, groove, lowest_mm, highest_mm, force_n, reference_force_n });
+            figures.push(StrokeFigures {
+                name,
+                number,
+                groove,
+                uneven,
+                lowest_mm,
+                highest_mm,
+                force_n,
+                reference_force_n,
+            });
         }
     }
     Ok(figures)
@@ -209,6 +222,16 @@ impl Stroke {
         }
         pressing.lift();
         sum.map(|sum| sum / count)
+    }
+
+    /// Half of the difference between both sides of a reference's groove, at the same distances from the tool's path, as a root mean square over
+    /// the depth.
+    fn uneven(&self, groove: &Profile) -> f64 {
+        let angle_rad = READ_AT_M / f64::from(BASE.pot_mm[0] * 1e-3);
+        let at_mm = |aside_mm: f64| groove.radial_mm(angle_rad, FIRST_AT_MM + f64::from(self.up_mm) + aside_mm);
+        let asides_mm = || (1..=(ASIDE_MM * 10.0) as u32).map(|tenths| f64::from(tenths) / 10.0);
+        let squares: f64 = asides_mm().map(|aside_mm| (0.5 * (at_mm(aside_mm) - at_mm(-aside_mm))).powi(2)).sum();
+        (squares / asides_mm().count() as f64).sqrt() / f64::from(self.depth_mm)
     }
 
     /// Root mean square of the difference of the grooves over the depth, and their lowest and highest places, mm.
