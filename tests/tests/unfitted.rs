@@ -72,7 +72,7 @@ fn a_bite_of_two_millimetres_is_the_reference_s_as_well() {
         assert!((ours_mm / theirs_mm - 1.0).abs() < 0.03, "{stroke:?}");
         // the one that is held out is off by 8.3 %
         assert!(stroke.groove < 0.09 && stroke.force().abs() < 0.03, "{stroke:?}");
-        // the clay is even, and so is the stroke: what the reference's two sides differ by is its mesh
+        // the clay is even, and so is the stroke: what the reference's two sides differ by is taken for its mesh's
         assert!(stroke.groove.powi(2) - stroke.uneven.powi(2) < 0.075_f64.powi(2), "{stroke:?}");
     }
 }

@@ -84,8 +84,8 @@ pub struct StrokeFigures {
     pub number: usize,
     /// Root mean square of the difference of the grooves over 15 mm to both sides of the tool's path, over its depth.
     pub groove: f64,
-    /// Half of what the two sides of the reference's groove differ by, over the depth, as a root mean square: no clay that is even can be nearer to
-    /// a first stroke than this.
+    /// Half of what the two sides of the reference's groove differ by, over the depth, as a root mean square: clay that is even cannot come much
+    /// nearer to a first stroke than this.
     pub uneven: f64,
     /// Deepest and highest place of the groove, mm: the method's and the reference's.
     pub lowest_mm: [f64; 2],
