@@ -5,7 +5,9 @@
 use pottery_tests::yardstick::fem::body::{Body, Obstacle};
 use pottery_tests::yardstick::fem::element::Material;
 use pottery_tests::yardstick::fem::mesh::{Mesh, even, graded};
+use pottery_tests::yardstick::fem::press::{Pace, Wall};
 use pottery_tests::yardstick::fem::rezone::Lines;
+use pottery_tests::yardstick::fem::stroke::{self, Drawing, Stroke};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const CLAY: Material = Material { young_pa: 2e6, poisson: 0.45, yield_pa: 40e3, density_kg_m3: 2000.0 };
@@ -404,4 +406,60 @@ fn bricks_made_anew_lie_on_their_lines_and_leave_surface_and_stress_where_they_a
     }
     let new_kg: f64 = body.mass_kg.iter().sum();
     assert!((new_kg / mass_kg - 1.0).abs() < 1e-9, "{new_kg} of {mass_kg} kg");
+}
+
+/// Strokes of 1 mm of a ball of 12 mm along a coarse, short wall.
+fn strokes(heights_m: &[f64]) -> Vec<Stroke> {
+    let drawing = Drawing {
+        wall: Wall {
+            radius_m: 0.060,
+            wall_m: 0.008,
+            height_m: 0.060,
+            layers: 3,
+            fine_m: 0.0025,
+            fine_until_m: 0.010,
+            growth: 1.5,
+            coarse_m: 0.012,
+        },
+        ball_m: 0.012,
+        strokes: heights_m.iter().map(|height_m| [0.001, *height_m]).collect(),
+        length_m: 0.020,
+        margin_m: 0.015,
+        speed_m_s: 0.8,
+        material: CLAY,
+        rezoned: true,
+        pace: Pace { load_s_m: 10.0, rest_s: 0.01, moving_drag_per_s: 100.0, resting_drag_per_s: 400.0, courant: 0.8 },
+    };
+    let mut strokes = Vec::new();
+    stroke::run(&drawing, |stroke| strokes.push(stroke.clone())).expect("a mesh so coarse keeps its shape");
+    strokes
+}
+
+#[test]
+fn half_a_wall_is_pressed_as_the_whole_one_is() {
+    let (half, whole) = (&strokes(&[0.03])[0], &strokes(&[0.03, 0.03])[0]);
+    for (half_n, whole_n) in [(half.moving_n, whole.moving_n), (half.held_n, whole.held_n)] {
+        println!("half {half_n:.3?} N, whole {whole_n:.3?} N");
+        // the whole wall is clamped at its foot, 30 mm below the ball, and nodes of so coarse a mesh come into contact at other moments
+        let off = |axis: usize| (half_n[axis] - whole_n[axis]).abs() / whole_n[0];
+        assert!(off(0) < 0.1 && off(1) < 0.05, "{half_n:?} {whole_n:?}");
+        assert_eq!(half_n[2], 0.0);
+    }
+    let (half, whole) = (&half.unloaded.0, &whole.unloaded.0);
+    let (path_mm, mut squares, mut count) = (30.0, 0.0, 0.0);
+    for row in half.iter().filter(|row| (row[4] - path_mm).abs() < 12.0) {
+        let [angle0, z0_mm] = [row[3], row[4]];
+        let at = |rows: &[[f64; 6]], z_mm: f64| {
+            rows.iter().find(|row| (row[3] - angle0).abs() < 1e-6 && (row[4] - z_mm).abs() < 1e-6).copied()
+        };
+        let mirror = at(half, 2.0 * path_mm - z0_mm).unwrap();
+        assert_eq!((row[0], row[2]), (mirror[0], mirror[2]));
+        let other = at(whole, z0_mm).unwrap();
+        squares += (row[2] - other[2]).powi(2);
+        count += 1.0;
+    }
+    let apart_mm = f64::sqrt(squares / count);
+    println!("surfaces differ by {apart_mm:.4} mm, RMS of {count} points");
+    // a twentieth of the travel, as neighbouring meshes do
+    assert!(apart_mm < 0.05, "{apart_mm} mm");
 }

@@ -75,6 +75,16 @@ const HELD_OUT: &[Drawing] = &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 
 const DEEP: &[Drawing] = &[drawing!("stroke_d2", 12.0, 1: 2.0 0.0)];
 const DEEP_HELD_OUT: &[Drawing] = &[drawing!("stroke_ball20_d2", 20.0, 1: 2.0 0.0)];
 
+/// Drawings on bricks that are finer and made anew, to which nothing is fitted yet.
+const FINE: &[Drawing] = &[
+    drawing!("fine_stroke_d1f4", 12.0, 1: 1.0 0.0, 2: 1.0 4.0),
+    drawing!("fine_stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0),
+    drawing!("fine_stroke_ball20_d1f4", 20.0, 1: 1.0 0.0, 2: 1.0 4.0),
+    drawing!("fine_stroke_d2", 12.0, 1: 2.0 0.0),
+    drawing!("fine_stroke_ball16_d2", 16.0, 1: 2.0 0.0),
+    drawing!("fine_stroke_ball20_d2", 20.0, 1: 2.0 0.0),
+];
+
 /// What a method makes of a stroke.
 #[derive(Clone, Copy, Debug)]
 pub struct StrokeFigures {
@@ -127,6 +137,14 @@ pub fn draw_deep(method: impl Method + Copy, grid: GridShape) -> Result<Vec<Stro
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw_deep_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
     draw_all(DEEP_HELD_OUT, method, grid)
+}
+
+/// Draws with a method what is known on finer bricks, to which nothing is fitted.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged or the pot cannot be made.
+pub fn draw_fine(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(FINE, method, grid)
 }
 
 fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {

@@ -115,6 +115,13 @@ fn drawn(ball_mm: f64, strokes_mm: &[[f64; 2]]) -> Drawing {
     }
 }
 
+/// On bricks of 8 mm over `layers`, as many as there are through the wall, that are made anew as the ball goes on.
+fn drawn_finely(ball_mm: f64, layers: usize, strokes_mm: &[[f64; 2]]) -> Drawing {
+    let coarse = drawn(ball_mm, strokes_mm);
+    let wall = Wall { layers, fine_m: WALL.wall_m / layers as f64, ..coarse.wall };
+    Drawing { wall, rezoned: true, ..coarse }
+}
+
 /// Every stored case.
 pub fn all() -> Vec<(&'static str, Kind)> {
     let fine = 4.0 / 3.0;
@@ -141,6 +148,13 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
         ("stroke_d2", Drawing { rezoned: true, ..drawn(12.0, &[[2.0, 0.0]]) }),
         ("stroke_ball20_d2", Drawing { rezoned: true, ..drawn(20.0, &[[2.0, 0.0]]) }),
+        ("fine_stroke_d1f4", drawn_finely(12.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("fine_stroke_ball16_d1f4", drawn_finely(16.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("fine_stroke_ball20_d1f4", drawn_finely(20.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        // a deep bite of a small ball folds finer bricks
+        ("fine_stroke_d2", drawn_finely(12.0, 7, &[[2.0, 0.0]])),
+        ("fine_stroke_ball16_d2", drawn_finely(16.0, 7, &[[2.0, 0.0]])),
+        ("fine_stroke_ball20_d2", drawn_finely(20.0, 8, &[[2.0, 0.0]])),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()

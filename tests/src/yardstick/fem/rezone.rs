@@ -34,8 +34,8 @@ impl Lines {
     pub fn of(body: &Body) -> Self {
         let mesh = &body.mesh;
         let [columns, rows, layers] = mesh.counts;
-        let height_m = mesh.nodes[mesh.node(0, rows - 1, 0)][2];
-        let up = (0..rows).map(|row| mesh.nodes[mesh.node(0, row, 0)][2] / height_m).collect();
+        let z_m = |row| mesh.nodes[mesh.node(0, row, 0)][2];
+        let up = (0..rows).map(|row| (z_m(row) - z_m(0)) / (z_m(rows - 1) - z_m(0))).collect();
         let through = (0..layers).map(|layer| layer as f64 / (layers - 1) as f64).collect();
         Self {
             angles: (0..columns).map(|column| polar(mesh.nodes[mesh.node(column, 0, 0)])[0]).collect(),

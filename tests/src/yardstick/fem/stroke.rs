@@ -30,8 +30,16 @@ pub struct Drawing {
     pub material: Material,
     /// How the calculation runs.
     pub pace: Pace,
-    /// Whether the nodes go back to their lines as the clay moves on: without it a deep bite folds the mesh.
+    /// Whether the nodes go back to their lines as the clay moves on: without it a deep bite folds the mesh, and one of 1 mm carries the bottom of
+    /// its groove along.
     pub rezoned: bool,
+}
+
+impl Drawing {
+    /// Whether the wall is only what lies above the path, mirrored below it: a single stroke has equal sides.
+    const fn is_mirrored(&self) -> bool {
+        self.rezoned && self.strokes.len() == 1
+    }
 }
 
 /// Force on the ball (N): radial, positive outwards; tangential, negative against its motion; axial, positive upwards.
@@ -77,7 +85,8 @@ impl Run {
         let lowest_m = case.strokes.iter().map(|stroke| stroke[1]).fold(f64::INFINITY, f64::min);
         let highest_m = case.strokes.iter().map(|stroke| stroke[1]).fold(0.0, f64::max);
         let line = |end_m: f64, until_m: f64| graded(end_m, wall.fine_m, until_m, wall.growth, wall.coarse_m);
-        let below = line(lowest_m, wall.fine_until_m);
+        let is_mirrored = case.is_mirrored();
+        let below = if is_mirrored { vec![0.0] } else { line(lowest_m, wall.fine_until_m) };
         let mut heights_m: Vec<f64> = below.iter().rev().map(|down_m| lowest_m - down_m).collect();
         let above = line(wall.height_m - lowest_m, wall.fine_until_m + highest_m - lowest_m);
         heights_m.extend(above.iter().skip(1).map(|up_m| lowest_m + up_m));
@@ -90,8 +99,10 @@ impl Run {
         let [columns, rows, layers] = body.mesh.counts;
         for column in 0..columns {
             for row in (0..rows).filter(|row| *row == 0 || column == 0 || column == columns - 1) {
+                let is_end = column == 0 || column == columns - 1;
+                let free = if is_mirrored && !is_end { [1.0, 1.0, 0.0] } else { [0.0; 3] };
                 for layer in 0..layers {
-                    body.free[body.mesh.node(column, row, layer)] = [0.0; 3];
+                    body.free[body.mesh.node(column, row, layer)] = free;
                 }
             }
         }
@@ -116,7 +127,9 @@ impl Run {
             self.until_look = self.until_look.checked_sub(1).unwrap_or(STEPS_BETWEEN_LOOKS - 1);
         }
         let [x, y, z] = reactions[0];
-        [x * cos + y * sin, y * cos - x * sin, z]
+        let force = [x * cos + y * sin, y * cos - x * sin, z];
+        // the mirrored half carries as much again, and is pushed down by as much as the other is pushed up
+        if self.case.is_mirrored() { [2.0 * force[0], 2.0 * force[1], 0.0] } else { force }
     }
 
     /// Moves the ball in or out where it stands, or holds it; returns the mean force over the last quarter of the time.
@@ -156,6 +169,12 @@ impl Run {
         mean.value()
     }
 
+    /// The outer surface now, to both sides of the path.
+    fn surface(&self) -> Profile {
+        let surface = Profile::of(&self.body);
+        if self.case.is_mirrored() { surface.with_mirror(1e3 * self.height_m) } else { surface }
+    }
+
     fn stroke(&mut self, number: usize, [depth_m, height_m]: [f64; 2]) -> Result<Stroke, Diverged> {
         let pace = self.case.pace;
         (self.arc_m, self.height_m) = (0.0, height_m);
@@ -166,10 +185,10 @@ impl Run {
         if !self.body.kinetic_j().is_finite() || !moving_n.iter().chain(&held_n).all(|part| part.is_finite()) {
             return Err(Diverged { time_s: self.time_s, courant: pace.courant });
         }
-        let loaded = Profile::of(&self.body);
+        let loaded = self.surface();
         self.plunge(depth_m, CLEAR_M, WITHDRAWAL * pace.load_s_m * (depth_m - CLEAR_M));
         self.plunge(CLEAR_M, CLEAR_M, pace.rest_s);
-        Ok(Stroke { number, loaded, unloaded: Profile::of(&self.body), moving_n, held_n })
+        Ok(Stroke { number, loaded, unloaded: self.surface(), moving_n, held_n })
     }
 }
 

@@ -70,6 +70,17 @@ impl Profile {
         Self(self.0.iter().filter(near).copied().collect())
     }
 
+    /// With what lies above a height (mm) mirrored below it; nothing lies below it yet.
+    #[must_use]
+    pub fn with_mirror(&self, height_mm: f64) -> Self {
+        let columns = self.0.iter().take_while(|row| row[4] == self.0[0][4]).count();
+        let below = self.0.chunks(columns).skip(1).rev().flatten();
+        let mirrored = below.map(|&[angle, z_mm, moved, angle0, z0_mm, inner]| {
+            [angle, 2.0 * height_mm - z_mm, moved, angle0, 2.0 * height_mm - z0_mm, inner]
+        });
+        Self(mirrored.chain(self.0.iter().copied()).collect())
+    }
+
     /// As comma-separated text below one line of names; `digits` behind the point.
     pub fn to_csv(&self, digits: usize) -> String {
         let mut text = String::from("theta_rad(deformed),z_mm(deformed),u_r_mm,theta0,z0,r_inner_mm\n");
