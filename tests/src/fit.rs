@@ -159,63 +159,52 @@ pub fn score(misfits: &[Misfit]) -> f64 {
 }
 
 /// Constants of a sliding tool, in this order.
-pub const SLIDING: [&str; 4] = ["slide_bottom", "slide_strain", "slide_open", "slide_soft"];
+pub const SLIDING: [&str; 8] = [
+    "slide_bottom",
+    "slide_strain",
+    "slide_open",
+    "slide_soft",
+    "slide_rises",
+    "slide_steep",
+    "slide_steep_from",
+    "slide_narrow",
+];
 
 /// The sliding constants of a law.
 #[must_use]
 pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
-    [law.slide_bottom, law.slide_strain, law.slide_open, law.slide_soft].map(f64::from)
+    [
+        law.slide_bottom,
+        law.slide_strain,
+        law.slide_open,
+        law.slide_soft,
+        law.slide_rises,
+        law.slide_steep,
+        law.slide_steep_from,
+        law.slide_narrow,
+    ]
+    .map(f64::from)
 }
 
 /// The law with these sliding constants; `None` where it makes no sense.
 #[must_use]
 pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [slide_bottom, slide_strain, slide_open, slide_soft] = sliding.map(|value| value as f32);
-    let sense = (0.05..=1.0).contains(&slide_bottom) && slide_soft < 1.0;
-    sense.then_some(PlasticLaw { slide_bottom, slide_strain, slide_open, slide_soft, ..*held })
-}
-
-/// Constants of a bite that is deeper than the strokes that [`SLIDING`] is fitted to, in this order.
-pub const BITE: [&str; 2] = ["slide_rises", "slide_steep"];
-
-/// The constants of a deep bite of a law.
-#[must_use]
-pub fn bite(law: &PlasticLaw) -> [f64; BITE.len()] {
-    [law.slide_rises, law.slide_steep].map(f64::from)
-}
-
-/// The law with these constants of a deep bite; `None` where it makes no sense.
-fn bite_law(bite: [f64; BITE.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [slide_rises, slide_steep] = bite.map(|value| value as f32);
-    let sense = (0.05..=1.0).contains(&slide_rises) && (0.0..=0.9).contains(&slide_steep);
-    sense.then_some(PlasticLaw { slide_rises, slide_steep, ..*held })
-}
-
-/// Score of a deep bite, as that of a stroke.
-///
-/// # Errors
-/// [`FitError`] when a file is damaged.
-pub fn bite_score(law: PlasticLaw, grid: GridShape) -> Result<f64, FitError> {
-    let drawn = strokes::draw_deep(PlasticCsem { law }, grid)?;
-    Ok(drawn.iter().map(StrokeFigures::score).sum::<f64>() / drawn.len().max(1) as f64)
-}
-
-/// Fits the constants of a deep bite, with all else of `start` held.
-///
-/// # Errors
-/// [`FitError`] when a file is damaged.
-pub fn fit_bite(
-    start: PlasticLaw,
-    grid: GridShape,
-    iterations: u32,
-    tell: impl FnMut(u32, f64),
-) -> Result<Fitted, FitError> {
-    let rated = |values: [f64; BITE.len()]| match bite_law(values, &start) {
-        Some(law) => bite_score(law, grid),
-        None => Ok(OUT_OF_RANGE),
+    let [slide_bottom, slide_strain, slide_open, slide_soft, slide_rises, slide_steep, slide_steep_from, slide_narrow] =
+        sliding.map(|value| value as f32);
+    let shares = [slide_bottom, slide_rises].iter().all(|share| (0.05..=1.0).contains(share));
+    let sense = shares && slide_soft < 1.0 && (0.0..=0.9).contains(&slide_steep) && slide_steep_from > 0.0;
+    let law = PlasticLaw {
+        slide_bottom,
+        slide_strain,
+        slide_open,
+        slide_soft,
+        slide_rises,
+        slide_steep,
+        slide_steep_from,
+        slide_narrow,
+        ..*held
     };
-    let found = simplex::descend(bite(&start), iterations, rated, tell)?;
-    Ok(Fitted { law: bite_law(found.at, &start).unwrap_or(start), score: found.value })
+    (sense && slide_narrow >= 0.0).then_some(law)
 }
 
 /// The law with which the forces along the motion of the strokes come out best, with all else held: they are proportional to

@@ -427,7 +427,6 @@ fn strokes(heights_m: &[f64]) -> Vec<Stroke> {
         margin_m: 0.015,
         speed_m_s: 0.8,
         material: CLAY,
-        rezoned: true,
         pace: Pace { load_s_m: 10.0, rest_s: 0.01, moving_drag_per_s: 100.0, resting_drag_per_s: 400.0, courant: 0.8 },
     };
     let mut strokes = Vec::new();

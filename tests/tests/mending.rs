@@ -230,13 +230,13 @@ fn hand(person: u64, now: u64, until: u64) -> Option<Vec3> {
 fn tiles_that_went_wrong_come_alone_and_are_counted_on_both_sides() {
     for person in 0..2 {
         let mut world = World::new();
-        for now in 0..2200 {
-            world.step(now, |person, now| hand(person, now, 1800));
+        for now in 0..3000 {
+            world.step(now, |person, now| hand(person, now, 2600));
         }
         world.assert_same();
         let before = world.keyframes.len();
-        world.spoil(person, &[5, 260, 400], Duration::from_millis(2200));
-        for now in 2200..3000 {
+        world.spoil(person, &[5, 260, 400], Duration::from_millis(3000));
+        for now in 3000..3800 {
             world.step(now, |_, _| None);
         }
         world.assert_same();
@@ -259,7 +259,7 @@ fn whole_pot_bytes(world: &mut World) -> usize {
     let before = world.keyframes.len();
     let request = frame(&protocol::encode(&Request::Resync { have: 0 }));
     world.room.handle_control(PeerId(0), &request[2..]);
-    world.step(3000, |_, _| None);
+    world.step(3800, |_, _| None);
     world.keyframes[before].1.bytes.len()
 }
 

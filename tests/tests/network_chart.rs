@@ -70,6 +70,7 @@ fn a_tool_far_away_costs_a_step_and_one_that_overlaps_is_felt() {
 }
 
 /// A welcome that was lost and said again tells an older time. A hand that stamped by it was late for five seconds, and its clay off by 0.6 mm.
+/// What rounding alone leaves is 0.3 of a step, root of the mean square.
 #[test]
 fn who_came_over_a_long_line_that_loses_presses_in_time_at_once() {
     let folder = folder("network-chart-welcome");
@@ -77,7 +78,8 @@ fn who_came_over_a_long_line_that_loses_presses_in_time_at_once() {
         let case = Case { round_trip_ms: 400, loss_percent, overlap: Overlap::Apart };
         let figures = prediction::measure(&case, 3.0, &folder).unwrap();
         println!("{figures:?}");
-        assert!(figures.worst_mm[1] < 3.0 * STEP_MM && figures.corrected_mm < 4.0 * STEP_MM, "{figures:?}");
+        assert!(figures.rms_mm < 0.5 * STEP_MM && figures.worst_mm[2] < 5.0 * STEP_MM, "{figures:?}");
+        assert!(figures.corrected_mm < 4.0 * STEP_MM, "{figures:?}");
     }
 }
 

@@ -1,12 +1,12 @@
-//! The studio's own clay against finite-element strokes: two balls and a deep bite that seven of its constants were fitted to, and a ball and
-//! a bite that are held out.
+//! The studio's own clay against finite-element strokes 1 and 2 mm deep: two balls that nine of its constants were fitted to, and one that is
+//! held out.
 //!
 //! Owns what holds under a tool that slides; `reference.rs` has the tool that stands.
 //! Invariant: the law is the one in use, with every constant that a still tool meets.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use pottery_shared::clay::{GridShape, MethodKind, PlasticCsem, PlasticLaw};
-use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_deep, draw_deep_held_out, draw_fine, draw_held_out};
+use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_held_out};
 
 fn ours() -> Vec<StrokeFigures> {
     draw(MethodKind::Plastic, GridShape::PAPER).unwrap()
@@ -25,7 +25,7 @@ fn grooves_are_nearer_to_the_reference_than_those_of_the_published_methods() {
     }
 }
 
-/// Grooves of a first pass within 6 % of the depth and of a second one within 8 %, forces within 5 %.
+/// Grooves of a first pass within 6 % of the depth, however deep, and of a second one within 8 %, forces within 5 %.
 fn assert_near(figures: &[StrokeFigures]) {
     for stroke in figures {
         println!(
@@ -53,47 +53,6 @@ fn a_sliding_tool_leaves_the_reference_s_groove_and_is_pushed_back_with_its_forc
 #[test]
 fn so_does_a_ball_that_nothing_was_fitted_to() {
     assert_near(&draw_held_out(MethodKind::Plastic, GridShape::PAPER).unwrap());
-}
-
-#[test]
-fn a_bite_of_two_millimetres_is_the_reference_s_as_well() {
-    let fitted = draw_deep(MethodKind::Plastic, GridShape::PAPER).unwrap();
-    let held_out = draw_deep_held_out(MethodKind::Plastic, GridShape::PAPER).unwrap();
-    for stroke in fitted.iter().chain(&held_out) {
-        println!(
-            "{} {}: groove {:.4} (reference uneven by {:.4}), force {:+.4}, {stroke:?}",
-            stroke.name,
-            stroke.number,
-            stroke.groove,
-            stroke.uneven,
-            stroke.force()
-        );
-        let [ours_mm, theirs_mm] = stroke.lowest_mm;
-        assert!((ours_mm / theirs_mm - 1.0).abs() < 0.03, "{stroke:?}");
-        // the one that is held out is off by 8.3 %
-        assert!(stroke.groove < 0.09 && stroke.force().abs() < 0.03, "{stroke:?}");
-        // the clay is even, and so is the stroke: what the reference's two sides differ by is taken for its mesh's
-        assert!(stroke.groove.powi(2) - stroke.uneven.powi(2) < 0.075_f64.powi(2), "{stroke:?}");
-    }
-}
-
-#[test]
-fn finer_bricks_know_the_same_grooves_and_less_force() {
-    let [ours, original] =
-        [MethodKind::Plastic, MethodKind::Original].map(|method| draw_fine(method, GridShape::PAPER).unwrap());
-    for (stroke, original) in ours.iter().zip(&original) {
-        println!(
-            "{} {}: groove {:.4}, the original {:.4}, force {:+.4}",
-            stroke.name,
-            stroke.number,
-            stroke.groove,
-            original.groove,
-            stroke.force()
-        );
-        assert!(stroke.groove < 0.5 * original.groove, "{stroke:?} {original:?}");
-        // the law is fitted to coarser bricks, whose forces are up to a sixth greater (README of the data)
-        assert!((-0.05..0.2).contains(&stroke.force()), "{stroke:?}");
-    }
 }
 
 #[test]

@@ -41,11 +41,13 @@ const EDGE_M: f32 = 1e-6;
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 2.4·σ times for the rim, whose crest is sharper, `κ` to the fourth power, and no more than
-///   0.6 rises wholly sliding. Where the contact leans to
-///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.78·o` of what else
-///   would not rise does, and the pressure is less by 0.17·o. Clay before a steep tool has somewhere to go: with
-///   `g = (s² − 0.3)⁺` the pressure is less by `0.31·σ·g/(g + 0.2)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there: what of the force is against the motion is 0.37·σ greater;
+///   aside over the half axis. Strain counts 1 + 2.3·σ times for the rim, whose crest is sharper, `κ` to the fourth power, and no more than
+///   0.48 rises wholly sliding. The deeper the bite, the more steeply the rim stands: it is `1 + 2.2·σ·d²` times narrower in q², with `d = s·b/t`,
+///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
+///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.76·o` of what else
+///   would not rise does, and the pressure is less by 0.26·o. Clay before a steep tool has somewhere to go: with
+///   `g = (s² − 0.24)⁺` the pressure is less by `0.24·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
+///   what of the force is against the motion is 0.27·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
@@ -110,7 +112,7 @@ impl PlasticCsem {
             #[inline(always)]
             |_, chunk, above| chunk.penetration_m.on(above.simd),
         );
-        let Some(Met { spot, pressure_pa, strain, around }) = met else {
+        let Some(Met { spot, pressure_pa, strain, around, rim_width }) = met else {
             return Contact::default();
         };
         let Spot { ellipse, slide, open, .. } = spot;
@@ -121,7 +123,7 @@ impl PlasticCsem {
         );
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
             let volume_m3 = -self.law.rim_share(strain, slide.share, open) * dent.content;
-            let shape = RimShape::new(&self.law, slide, outwards(press.side) * around);
+            let shape = RimShape::new(slide, outwards(press.side) * around, rim_width);
             let rim = Rim { dent: &dent, volume_m3, shape, tool_z_m: press.centre_m.z };
             apart(
                 simd,
@@ -205,7 +207,14 @@ impl PlasticCsem {
             ellipse,
         };
         let pressure_pa = hardness_pa / spot.mean() * law.bears(spot.slide.share, slope, spot.open);
-        Met { pressure_pa, strain, around: law.around(half_m / spot.ellipse.radius_m, slope), spot }
+        let across_m = spot.ellipse.half_arc_m.min(spot.ellipse.half_height_m);
+        Met {
+            pressure_pa,
+            strain,
+            around: law.around(half_m / spot.ellipse.radius_m, slope),
+            rim_width: law.rim_width(slide.share, slope, across_m / thickness_m),
+            spot,
+        }
     }
 
     /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
@@ -372,6 +381,8 @@ pub(super) struct Met {
     pub(super) strain: f32,
     /// By how much more the rim rises along the arc than along the height, for a tool outside.
     pub(super) around: f32,
+    /// Width of the rim, in q².
+    pub(super) rim_width: f32,
 }
 
 impl Spot {

@@ -192,11 +192,11 @@ impl Profile {
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
         let slide = Slide { along: share, up: 0.0, share };
         let met = law.met(ellipse, slope, slide, pass.strength, Support::Backed, self.thickness_m);
-        let Met { spot, pressure_pa, strain, around } = &met;
+        let Met { spot, pressure_pa, strain, around, rim_width } = &met;
         let (carried, dent) = self.press(simd, pass, spot, rows);
         if let Some(dent) = dent {
             let rising = law.law.rim_share(*strain, share, spot.open);
-            let shape = RimShape::new(&law.law, slide, *around);
+            let shape = RimShape::new(slide, *around, *rim_width);
             let rim = Rim { dent: &dent, volume_m3: rising * dent.content, shape, tool_z_m: pass.z_m };
             self.rise(simd, pass, spot, &rim, rows);
         } else {

@@ -12,7 +12,6 @@ use super::ellipse::{Ellipse, Step};
 use super::lanes::{
     Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, counted, f32x8, i32x8, positive, root, splat,
 };
-use super::law::PlasticLaw;
 use super::plastic::Slide;
 use super::{Footprint, GridShape, Surface, Window};
 
@@ -48,9 +47,9 @@ pub(super) struct RimShape {
 }
 
 impl RimShape {
-    pub(super) fn new(law: &PlasticLaw, slide: Slide, around: f32) -> Self {
+    pub(super) fn new(slide: Slide, around: f32, width: f32) -> Self {
         let Slide { along, up, share } = slide;
-        Self { end: 1.0 + law.rim_width, slides: share, around, along, up }
+        Self { end: 1.0 + width, slides: share, around, along, up }
     }
 
     /// The rim's `∫ κ`, in areas of its ellipse.

@@ -66,24 +66,13 @@ macro_rules! drawing {
 const DRAWINGS: &[Drawing] = &[
     drawing!("stroke_d1f4", 12.0, 1: 1.0 0.0, 2: 1.0 4.0),
     drawing!("stroke_ball20_d1f4", 20.0, 1: 1.0 0.0, 2: 1.0 4.0),
+    drawing!("stroke_d2", 12.0, 1: 2.0 0.0),
+    drawing!("stroke_ball20_d2", 20.0, 1: 2.0 0.0),
 ];
 
 /// Drawings that nothing is fitted to.
-const HELD_OUT: &[Drawing] = &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0)];
-
-/// A bite twice as deep as those, to which two constants more are fitted, and one that nothing is fitted to.
-const DEEP: &[Drawing] = &[drawing!("stroke_d2", 12.0, 1: 2.0 0.0)];
-const DEEP_HELD_OUT: &[Drawing] = &[drawing!("stroke_ball20_d2", 20.0, 1: 2.0 0.0)];
-
-/// Drawings on bricks that are finer and made anew, to which nothing is fitted yet.
-const FINE: &[Drawing] = &[
-    drawing!("fine_stroke_d1f4", 12.0, 1: 1.0 0.0, 2: 1.0 4.0),
-    drawing!("fine_stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0),
-    drawing!("fine_stroke_ball20_d1f4", 20.0, 1: 1.0 0.0, 2: 1.0 4.0),
-    drawing!("fine_stroke_d2", 12.0, 1: 2.0 0.0),
-    drawing!("fine_stroke_ball16_d2", 16.0, 1: 2.0 0.0),
-    drawing!("fine_stroke_ball20_d2", 20.0, 1: 2.0 0.0),
-];
+const HELD_OUT: &[Drawing] =
+    &[drawing!("stroke_ball16_d1f4", 16.0, 1: 1.0 0.0, 2: 1.0 4.0), drawing!("stroke_ball16_d2", 16.0, 1: 2.0 0.0)];
 
 /// What a method makes of a stroke.
 #[derive(Clone, Copy, Debug)]
@@ -94,9 +83,6 @@ pub struct StrokeFigures {
     pub number: usize,
     /// Root mean square of the difference of the grooves over 15 mm to both sides of the tool's path, over its depth.
     pub groove: f64,
-    /// Half of what the two sides of the reference's groove differ by, over the depth, as a root mean square: clay that is even cannot come much
-    /// nearer to a first stroke than this.
-    pub uneven: f64,
     /// Deepest and highest place of the groove, mm: the method's and the reference's.
     pub lowest_mm: [f64; 2],
     /// See `lowest_mm`.
@@ -123,30 +109,6 @@ pub fn draw_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<
     draw_all(HELD_OUT, method, grid)
 }
 
-/// Draws with a method a bite that is twice as deep as the strokes.
-///
-/// # Errors
-/// [`FitError`] when a file is damaged or the pot cannot be made.
-pub fn draw_deep(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
-    draw_all(DEEP, method, grid)
-}
-
-/// Draws with a method such a bite that is held out of every fit.
-///
-/// # Errors
-/// [`FitError`] when a file is damaged or the pot cannot be made.
-pub fn draw_deep_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
-    draw_all(DEEP_HELD_OUT, method, grid)
-}
-
-/// Draws with a method what is known on finer bricks, to which nothing is fitted.
-///
-/// # Errors
-/// [`FitError`] when a file is damaged or the pot cannot be made.
-pub fn draw_fine(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
-    draw_all(FINE, method, grid)
-}
-
 fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
     let mut figures = Vec::new();
     for drawing in drawings {
@@ -157,20 +119,10 @@ fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -
             let groove =
                 Profile::parse(stroke.groove).map_err(|source| FitError::Reference { file: file(), source })?;
             let force_n = stroke.make(&mut pressing, method);
-            let uneven = stroke.uneven(&groove);
             let (groove, [lowest_mm, highest_mm]) = stroke.compare(&pressing, &groove);
             let reference_force_n = drawing.force_n(number)?;
             let name = drawing.name;
-            figures.push(StrokeFigures {
-                name,
-                number,
-                groove,
-                uneven,
-                lowest_mm,
-                highest_mm,
-                force_n,
-                reference_force_n,
-            });
+            figures.push(StrokeFigures { name, number, groove, lowest_mm, highest_mm, force_n, reference_force_n });
         }
     }
     Ok(figures)
@@ -240,16 +192,6 @@ impl Stroke {
         }
         pressing.lift();
         sum.map(|sum| sum / count)
-    }
-
-    /// Half of the difference between both sides of a reference's groove, at the same distances from the tool's path, as a root mean square over
-    /// the depth.
-    fn uneven(&self, groove: &Profile) -> f64 {
-        let angle_rad = READ_AT_M / f64::from(BASE.pot_mm[0] * 1e-3);
-        let at_mm = |aside_mm: f64| groove.radial_mm(angle_rad, FIRST_AT_MM + f64::from(self.up_mm) + aside_mm);
-        let asides_mm = || (1..=(ASIDE_MM * 10.0) as u32).map(|tenths| f64::from(tenths) / 10.0);
-        let squares: f64 = asides_mm().map(|aside_mm| (0.5 * (at_mm(aside_mm) - at_mm(-aside_mm))).powi(2)).sum();
-        (squares / asides_mm().count() as f64).sqrt() / f64::from(self.depth_mm)
     }
 
     /// Root mean square of the difference of the grooves over the depth, and their lowest and highest places, mm.

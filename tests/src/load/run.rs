@@ -343,7 +343,8 @@ impl<'a> Watched<'a> {
             let is_measured = at_s >= begins_s;
             if is_measured && self.generator_before.is_none() {
                 self.generator_before = self.last.1;
-                self.server_before = self.last.0.zip(self.last_told.clone());
+                // a server tells once a second, and may not yet have told of its first
+                self.server_before = self.last.0.map(|usage| (usage, self.last_told.clone().unwrap_or_default()));
                 // it stands on whatever core is free, as what waits for a slow machine does
                 let _kept = keep(self.options.apart(), Apart::keep_to_none)?;
                 self.bystander = Some(Bystander::stand().map_err(RunError::Threads)?);

@@ -10,17 +10,16 @@ use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 use pottery_tests::fit::dents::KnownDent;
 use pottery_tests::fit::strokes::{self, StrokeFigures};
 use pottery_tests::fit::walls::{self, KnownForce};
-use pottery_tests::fit::{self, BITE, FREE, FitError, Misfit, SLIDING};
+use pottery_tests::fit::{self, FREE, FitError, Misfit, SLIDING};
 
 const MEANING: &str = "\
 What it does:
   Presses every backed dent of tests/data/fem with the law and moves eleven constants downhill (Nelder and Mead, 1965),
   from those in use. A dent scores 1.5 x RMS of the surface that stays + RMS of the surface under the tool, both over
   the travel, + 0.7 x error of the force over its largest.
-  Then it draws balls of 12 and 20 mm along the wall and moves the four constants of sliding downhill, with all else held. A
-  stroke scores RMS of its groove over its depth + 0.4 x error of its force; the worst of them count most. How much clay
-  heaps up before a ball follows from the forces along its motion by least squares. Two more constants are moved for a ball of 12 mm that is drawn
-  2 mm deep.
+  Then it draws balls of 12 and 20 mm along the wall, 1 and 2 mm deep, and moves the eight constants of sliding downhill,
+  with all else held. A stroke scores RMS of its groove over its depth + 0.4 x error of its force; the worst of them count
+  most. How much clay heaps up before a ball follows from the forces along its motion by least squares.
   A ball of 16 mm is held out of all.
   Last it presses hollow pots to 0.5, 1, 2, 3 and 4 mm and moves the softening of their walls, by the error of the forces.
 What to do with it:
@@ -59,7 +58,6 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
     let found = fit::fit(used, &dents, flags.iterations, tell("dents"))?;
     let found = fit::fit_strokes(found.law, GridShape::PAPER, flags.iterations, tell("strokes"))?;
     let found = fit::Fitted { law: fit::fit_heap(found.law, GridShape::PAPER)?, ..found };
-    let found = fit::fit_bite(found.law, GridShape::PAPER, flags.iterations.min(40), tell("bite"))?;
     let forces = walls::finite_elements(GridShape::PAPER)?;
     let found = walls::fit(found.law, &forces, flags.iterations.min(25), tell("walls"))?;
     bar.finish_and_clear();
@@ -94,10 +92,6 @@ fn print_constants(laws: [PlasticLaw; 2], scores: [f64; 2]) -> Result<(), FitErr
     let [used, found] = laws.map(|law| fit::strokes_score(law, GridShape::PAPER));
     println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
     row("slide_heap", laws.map(|law| f64::from(law.slide_heap)));
-    let [used, found] = laws.map(|law| fit::bite(&law));
-    BITE.iter().zip(used.into_iter().zip(found)).for_each(|(name, (used, found))| row(name, [used, found]));
-    let [used, found] = laws.map(|law| fit::bite_score(law, GridShape::PAPER));
-    println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
     Ok(())
 }
 
@@ -122,10 +116,8 @@ fn print_strokes(laws: [PlasticLaw; 2]) -> Result<(), FitError> {
         let drawn = strokes::draw(method, GridShape::PAPER)?;
         for (figures, state) in drawn
             .iter()
-            .chain(&strokes::draw_deep(method, GridShape::PAPER)?)
             .map(|figures| (figures, ""))
             .chain(strokes::draw_held_out(method, GridShape::PAPER)?.iter().map(|figures| (figures, "held out")))
-            .chain(strokes::draw_deep_held_out(method, GridShape::PAPER)?.iter().map(|figures| (figures, "held out")))
         {
             let StrokeFigures { name, number, groove, force_n: [radial, along], reference_force_n, .. } = *figures;
             let [radial, along] = [(radial, reference_force_n[0]), (along, reference_force_n[1])]

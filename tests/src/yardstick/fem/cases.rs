@@ -101,9 +101,10 @@ fn of_ball(case: Case, ball_mm: f64, fine_mm: f64, fine_until_mm: f64) -> Case {
     Case { ball_m: 1e-3 * ball_mm, wall, ..case }
 }
 
-fn drawn(ball_mm: f64, strokes_mm: &[[f64; 2]]) -> Drawing {
+/// On bricks of 8 mm over `layers`, as many as there are through the wall.
+fn drawn(ball_mm: f64, layers: usize, strokes_mm: &[[f64; 2]]) -> Drawing {
     Drawing {
-        wall: Wall { height_m: 0.080, growth: 1.3, ..WALL },
+        wall: Wall { height_m: 0.080, growth: 1.3, layers, fine_m: WALL.wall_m / layers as f64, ..WALL },
         ball_m: 1e-3 * ball_mm,
         strokes: strokes_mm.iter().map(|[depth_mm, up_mm]| [1e-3 * depth_mm, STROKES_AT_M + 1e-3 * up_mm]).collect(),
         length_m: 0.060,
@@ -111,15 +112,7 @@ fn drawn(ball_mm: f64, strokes_mm: &[[f64; 2]]) -> Drawing {
         speed_m_s: 0.6,
         material: CLAY,
         pace: Pace { load_s_m: 10.0, rest_s: 0.010, courant: 0.8, ..BACKED_PACE },
-        rezoned: false,
     }
-}
-
-/// On bricks of 8 mm over `layers`, as many as there are through the wall, that are made anew as the ball goes on.
-fn drawn_finely(ball_mm: f64, layers: usize, strokes_mm: &[[f64; 2]]) -> Drawing {
-    let coarse = drawn(ball_mm, strokes_mm);
-    let wall = Wall { layers, fine_m: WALL.wall_m / layers as f64, ..coarse.wall };
-    Drawing { wall, rezoned: true, ..coarse }
 }
 
 /// Every stored case.
@@ -143,18 +136,13 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("hollow_wall12", of_wall(hollow(&[2.0], 70.0), 60.0, 12.0, 8)),
     ];
     let drawings = [
-        ("stroke_d1f4", drawn(12.0, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("stroke_ball16_d1f4", drawn(16.0, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("stroke_ball20_d1f4", drawn(20.0, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("stroke_d2", Drawing { rezoned: true, ..drawn(12.0, &[[2.0, 0.0]]) }),
-        ("stroke_ball20_d2", Drawing { rezoned: true, ..drawn(20.0, &[[2.0, 0.0]]) }),
-        ("fine_stroke_d1f4", drawn_finely(12.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("fine_stroke_ball16_d1f4", drawn_finely(16.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
-        ("fine_stroke_ball20_d1f4", drawn_finely(20.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("stroke_d1f4", drawn(12.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("stroke_ball16_d1f4", drawn(16.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
+        ("stroke_ball20_d1f4", drawn(20.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
         // a deep bite of a small ball folds finer bricks
-        ("fine_stroke_d2", drawn_finely(12.0, 7, &[[2.0, 0.0]])),
-        ("fine_stroke_ball16_d2", drawn_finely(16.0, 7, &[[2.0, 0.0]])),
-        ("fine_stroke_ball20_d2", drawn_finely(20.0, 8, &[[2.0, 0.0]])),
+        ("stroke_d2", drawn(12.0, 7, &[[2.0, 0.0]])),
+        ("stroke_ball16_d2", drawn(16.0, 7, &[[2.0, 0.0]])),
+        ("stroke_ball20_d2", drawn(20.0, 8, &[[2.0, 0.0]])),
     ];
     let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()
@@ -189,8 +177,7 @@ fn make_press(name: &str, case: Case, write: &mut impl FnMut(File)) -> Result<()
     Ok(())
 }
 
-/// Of a drawing, the groove is kept where its strokes neither begin nor end, and the surface about the ball at the end of
-/// the last one.
+/// Of a drawing, the groove is kept where its strokes neither begin nor end.
 fn make_drawing(name: &str, case: &Drawing, write: &mut impl FnMut(File)) -> Result<(), MakeError> {
     let mut forces =
         String::from("strokes,radial_N,tangential_N,axial_N,held_radial_N,held_tangential_N,held_axial_N\n");
@@ -199,11 +186,6 @@ fn make_drawing(name: &str, case: &Drawing, write: &mut impl FnMut(File)) -> Res
         let heights_mm = heights_mm(case.strokes[0][1], case.strokes[stroke.number - 1][1]);
         let groove = stroke.unloaded.window([arc(0.4 * case.length_m), arc(0.7 * case.length_m)], heights_mm);
         write(File { name: format!("{name}_s{}U_profile.csv", stroke.number), text: groove.to_csv(DIGITS) });
-        if stroke.number == case.strokes.len() {
-            let about_ball = [arc(case.length_m - KEPT_M), arc(case.length_m + KEPT_M)];
-            let text = stroke.loaded.window(about_ball, heights_mm).to_csv(DIGITS);
-            write(File { name: format!("{name}_s{}L_profile.csv", stroke.number), text });
-        }
         forces.push_str(&stroke.number.to_string());
         for part in stroke.moving_n.iter().chain(&stroke.held_n) {
             forces.push_str(&format!(",{part:.4}"));

@@ -30,15 +30,12 @@ pub struct Drawing {
     pub material: Material,
     /// How the calculation runs.
     pub pace: Pace,
-    /// Whether the nodes go back to their lines as the clay moves on: without it a deep bite folds the mesh, and one of 1 mm carries the bottom of
-    /// its groove along.
-    pub rezoned: bool,
 }
 
 impl Drawing {
     /// Whether the wall is only what lies above the path, mirrored below it: a single stroke has equal sides.
     const fn is_mirrored(&self) -> bool {
-        self.rezoned && self.strokes.len() == 1
+        self.strokes.len() == 1
     }
 }
 
@@ -50,8 +47,6 @@ pub type Forces = [f64; 3];
 pub struct Stroke {
     /// Its number, from 1.
     pub number: usize,
-    /// Surface with the ball at rest at the end of the stroke.
-    pub loaded: Profile,
     /// Surface after the ball has left.
     pub unloaded: Profile,
     /// Mean force over the second half of the stroke.
@@ -70,7 +65,7 @@ const ASTRAY: f64 = 0.3;
 struct Run {
     case: Drawing,
     body: Body,
-    lines: Option<Lines>,
+    lines: Lines,
     until_look: u32,
     outer: Vec<u32>,
     inner: Vec<u32>,
@@ -107,7 +102,7 @@ impl Run {
             }
         }
         let (outer, inner) = sides(&body.mesh);
-        let lines = case.rezoned.then(|| Lines::of(&body));
+        let lines = Lines::of(&body);
         Self { lines, until_look: 0, case: case.clone(), body, outer, inner, arc_m: 0.0, height_m: 0.0, time_s: 0.0 }
     }
 
@@ -120,12 +115,11 @@ impl Run {
         let mut reactions = [[0.0; 3]; 2];
         self.body.step(&[(ball, &self.outer), (Obstacle::Film(radius_m - wall_m), &self.inner)], &mut reactions);
         self.time_s += self.body.step_s;
-        if let Some(lines) = &self.lines {
-            if self.until_look == 0 {
-                lines.rezone(&mut self.body, ASTRAY);
-            }
-            self.until_look = self.until_look.checked_sub(1).unwrap_or(STEPS_BETWEEN_LOOKS - 1);
+        // without it a deep bite folds the mesh, and one of 1 mm carries the bottom of its groove along
+        if self.until_look == 0 {
+            self.lines.rezone(&mut self.body, ASTRAY);
         }
+        self.until_look = self.until_look.checked_sub(1).unwrap_or(STEPS_BETWEEN_LOOKS - 1);
         let [x, y, z] = reactions[0];
         let force = [x * cos + y * sin, y * cos - x * sin, z];
         // the mirrored half carries as much again, and is pushed down by as much as the other is pushed up
@@ -185,10 +179,9 @@ impl Run {
         if !self.body.kinetic_j().is_finite() || !moving_n.iter().chain(&held_n).all(|part| part.is_finite()) {
             return Err(Diverged { time_s: self.time_s, courant: pace.courant });
         }
-        let loaded = self.surface();
         self.plunge(depth_m, CLEAR_M, WITHDRAWAL * pace.load_s_m * (depth_m - CLEAR_M));
         self.plunge(CLEAR_M, CLEAR_M, pace.rest_s);
-        Ok(Stroke { number, loaded, unloaded: self.surface(), moving_n, held_n })
+        Ok(Stroke { number, unloaded: self.surface(), moving_n, held_n })
     }
 }
 
