@@ -71,7 +71,7 @@ pub struct PlasticLaw {
     /// Square of the slope at the contact's edge from which on it takes any.
     pub slide_steep_from: f32,
     /// By how much a deep bite makes the rim of a sliding tool narrower, over the square of how deep it is. With the 2.5 of the least score a keyframe
-    /// of a pot that was pressed all over is longer than 60 kB; the score of 2.2 is 0.6 % greater.
+    /// of a pot that was pressed all over is longer than 60 kB; the score of 2.2 is 1.6 % greater.
     pub slide_narrow: f32,
     /// By how much greater the force against the motion of a sliding tool is than its contact's shape makes it.
     pub slide_heap: f32,
