@@ -98,7 +98,7 @@ fn change_between(details: &[(Detail, std::ops::Range<u32>)], loss: f64, (least_
     // what the potter had made at each tick of a snapshot
     let mut made: BTreeMap<u64, Pot> = BTreeMap::new();
     let (mut last_tick, mut changes, mut looked, mut shown) = (Tick(0), 0, 0, None);
-    for now in 1..6000 {
+    for now in 1..10_000 {
         world.step(now, true);
         if pottery_shared::snapshot::SnapshotClock::default().is_due(Tick(now)) {
             made.insert(now, world.room.pot(0).unwrap().clone());
@@ -138,11 +138,11 @@ fn change_between(details: &[(Detail, std::ops::Range<u32>)], loss: f64, (least_
     assert_eq!((world.watcher(peer).mismatches(), world.room.counts().refusals.total()), (0, 0));
     // and what is no longer watched is no longer sent
     world.watcher(peer).unwatch(1);
-    for now in 6000..6100 {
+    for now in 10_000..10_100 {
         world.step(now, true);
     }
     let sent = world.lookers[&peer].line_bytes;
-    for now in 6100..7200 {
+    for now in 10_100..11_200 {
         world.step(now, true);
     }
     assert_eq!(world.lookers[&peer].line_bytes, sent);
@@ -150,17 +150,17 @@ fn change_between(details: &[(Detail, std::ops::Range<u32>)], loss: f64, (least_
 
 #[test]
 fn changing_the_detail_leaves_no_gap_and_no_torn_pot() {
-    change_between(&subscriptions()[..3], 0.0, (30, 200));
+    change_between(&subscriptions()[..3], 0.0, (60, 400));
 }
 
 #[test]
 fn changing_quantum_rate_and_rows_leaves_no_gap_and_no_torn_pot() {
-    change_between(&subscriptions(), 0.0, (30, 200));
+    change_between(&subscriptions(), 0.0, (60, 400));
 }
 
 #[test]
 fn changing_them_over_a_wire_that_loses_leaves_none_either() {
-    change_between(&subscriptions(), 0.1, (30, 150));
+    change_between(&subscriptions(), 0.1, (60, 300));
 }
 
 #[test]
