@@ -4,6 +4,8 @@
 //! Invariant: a peer that is slow, gone or hostile costs its own connection, never the tick.
 
 mod announcing;
+#[cfg(target_os = "linux")]
+mod batching;
 mod bounds;
 mod bucket;
 mod certificate;

@@ -57,8 +57,26 @@ fn on_all_networks(port: u16) -> SocketAddr {
 /// [`ServerError::Certificate`] or [`ServerError::Endpoint`].
 pub fn endpoint(socket: std::net::UdpSocket, certificate: Certificate) -> Result<quinn::Endpoint, ServerError> {
     let config = server_config(certificate)?;
-    quinn::Endpoint::new(quinn::EndpointConfig::default(), Some(config), socket, Arc::new(quinn::TokioRuntime))
+    let runtime = Arc::new(quinn::TokioRuntime);
+    sending_together(socket, runtime.as_ref())
+        .and_then(|socket| {
+            quinn::Endpoint::new_with_abstract_socket(quinn::EndpointConfig::default(), Some(config), socket, runtime)
+        })
         .map_err(|source| ServerError::Endpoint { source })
+}
+
+/// The socket in quinn's hands; where the system takes datagrams to many addresses in one call, they are given to it so.
+fn sending_together(
+    socket: std::net::UdpSocket,
+    runtime: &dyn quinn::Runtime,
+) -> std::io::Result<Arc<dyn quinn::AsyncUdpSocket>> {
+    #[cfg(target_os = "linux")]
+    {
+        let many = socket.try_clone()?;
+        Ok(Arc::new(crate::batching::Batching::new(runtime.wrap_udp_socket(socket)?, many)))
+    }
+    #[cfg(not(target_os = "linux"))]
+    runtime.wrap_udp_socket(socket)
 }
 
 /// The QUIC configuration of the server, also for endpoints on other sockets than the system's.
