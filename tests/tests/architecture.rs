@@ -349,6 +349,7 @@ fn what_a_server_writes_down_knows_no_address_and_nobody_else_is_talked_to() {
         "client/src/transport.rs",
         "client/studio/src/hosting.rs",
         "server/src/announcing.rs",
+        "server/src/batching.rs",
         "server/src/console.rs",
         "server/src/operation.rs",
         "server/src/server.rs",
