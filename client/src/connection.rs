@@ -9,13 +9,16 @@ use std::time::Duration;
 use pottery_shared::protocol::{self, FrameReader, JoinCode, Notice, Pass, TeacherToken};
 use pottery_shared::session::ClientError;
 use tokio::time::timeout;
-use web_transport_quinn::Session;
+use web_transport_quinn::{Session, SessionError, WebTransportError};
 
 use crate::streams::Streams;
 use crate::transport;
 
 /// A handshake that takes longer than this is not going to end.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// A studio that is there and has not said whom it lets in by then is not going to: on a long line that loses much the question, and what the
+/// transport says of it, may be lost three times.
+const ANSWERS_WITHIN: Duration = Duration::from_secs(20);
 /// A teacher who has let nobody in by then is not going to.
 const WAITS_FOR: Duration = Duration::from_secs(1800);
 
@@ -48,6 +51,14 @@ pub enum JoinError {
     /// Nobody answers there.
     #[error("no studio answers at {address}; is it open, is the port right, and does the network let UDP through?")]
     Unreachable {
+        /// Where.
+        address: SocketAddr,
+    },
+    /// It is there, and what is said to it or what it says does not get through.
+    #[error(
+        "the studio at {address} is there, but too much gets lost on the way to it; try again, or over a better network"
+    )]
+    Lossy {
         /// Where.
         address: SocketAddr,
     },
@@ -181,11 +192,16 @@ pub(crate) async fn join_again<S>(
     match timeout(WAITS_FOR, greeted).await {
         Ok(Ok(joined)) => Ok(joined),
         Ok(Err(error)) => {
+            let is_unheard = matches!(
+                session.close_reason(),
+                Some(SessionError::WebTransportError(WebTransportError::Closed(protocol::CLOSED_UNHEARD, _)))
+            );
             session.close(0, b"");
             Err(match error {
                 GreetError::Session(error) => error.into(),
+                GreetError::Stream(_) if is_unheard => JoinError::Lossy { address },
                 GreetError::Stream(reason) => JoinError::NotAStudio { address, reason },
-                GreetError::Silent => unreachable,
+                GreetError::Silent => JoinError::Lossy { address },
             })
         }
         Err(_) => Err(unreachable),
@@ -222,7 +238,7 @@ async fn greet<S>(
             let streams = Streams::new(&connection, control_out, control_in, frames);
             return Ok((Joined { connection, streams, fingerprint }, session));
         }
-        let patience = if is_waiting { WAITS_FOR } else { PATIENCE };
+        let patience = if is_waiting { WAITS_FOR } else { ANSWERS_WITHIN };
         match timeout(patience, control_in.read(&mut piece)).await {
             Ok(Ok(Some(length))) => frames.push(&piece[..length]),
             Ok(Ok(None)) => return Err(GreetError::Stream("it said nothing".into())),

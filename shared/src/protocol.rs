@@ -39,6 +39,8 @@ use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
 pub const VERSION: u16 = 26;
+/// Code with which a server closes a connection on which it heard no greeting in time.
+pub const CLOSED_UNHEARD: u32 = 2;
 /// Protocol name in the TLS handshake (ALPN).
 pub const ALPN: &[u8] = b"pottery/1";
 /// Largest datagram that is sent unasked: what fits the smallest path that QUIC allows, and browsers.

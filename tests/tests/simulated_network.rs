@@ -22,7 +22,7 @@ use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::snapshot::{Author, Moment, SnapshotClock, Touched};
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::{Rpm, Tick};
-use pottery_tests::line::{Quality, Rate};
+use pottery_tests::line::{BurstLoss, Quality, Rate};
 use pottery_tests::simulation::{BURSTS, Joined, Simulation, in_virtual_time, ms};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -378,6 +378,23 @@ fn the_same_seed_gives_the_same_packets_and_the_same_clay() {
         assert_eq!(first, second, "{name}, seed 11");
         assert_ne!(first.digest, other.digest, "{name}, seeds 11 and 12");
     }
+}
+
+#[test]
+fn who_comes_over_a_long_line_that_loses_a_fifth_comes_in() {
+    let latency = Quality { latency: ms(200), jitter: ms(20), ..BURSTS };
+    let line = Quality { loss: BurstLoss { in_burst: 0.2, otherwise: 0.2, ..BURSTS.loss }, ..latency };
+    let mut longest = Duration::ZERO;
+    for seed in 0..40 {
+        longest = longest.max(in_virtual_time(async {
+            let studio = Simulation::open(7919 * seed + 3, ServerConfig::default()).unwrap();
+            let begun = Instant::now();
+            let joined = studio.join(0, line, line, &studio.target(1)).await;
+            assert!(joined.is_ok(), "seed {seed}, after {:?}: {:?}", begun.elapsed(), joined.err());
+            begun.elapsed()
+        }));
+    }
+    println!("in after {longest:?} at most");
 }
 
 #[test]

@@ -74,7 +74,7 @@ pub fn of_run(result: &RunResult) -> Slope {
 /// What came of a soak in virtual time.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Virtual {
-    /// Time that passed in the room, s.
+    /// Time that passed in the room after the plan's warm-up, s.
     pub passed_s: f64,
     /// Time that it took, s.
     pub took_s: f64,
@@ -88,7 +88,8 @@ pub struct Virtual {
     pub refused: u64,
 }
 
-/// Goes through so many seconds of a plan's potters in virtual time, at wheels of one room, on a line that loses nothing.
+/// Goes through the warm-up of a plan's potters and so many seconds after it in virtual time, at wheels of one room, on a line that
+/// loses nothing. As in real time the line goes through memory after the warm-up and the first fifth of what follows.
 ///
 /// # Errors
 /// [`StrokeError`] when a stroke cannot be read.
@@ -99,10 +100,10 @@ pub fn in_virtual_time(plan: &Plan, seconds: u64) -> Result<Virtual, StrokeError
     let mut room = VirtualRoom::open(plan)?;
     let begun = std::time::Instant::now();
     let mut memory = Vec::new();
-    for millisecond in 1..=seconds * 1000 {
+    let warmup_ms = (plan.warmup_s * 1000.0) as u64;
+    for millisecond in 1..=warmup_ms + seconds * 1000 {
         room.pass(millisecond, &Alone, |_| {});
-        // the first fifth works the clay for the first time
-        let is_late_enough = millisecond > seconds * 200;
+        let is_late_enough = millisecond > warmup_ms + seconds * 200;
         if is_late_enough && millisecond.is_multiple_of((seconds * 10).max(1)) {
             memory.extend(host::usage(std::process::id()).map(|usage| (millisecond as f64 * 1e-3, usage.memory_mb)));
         }

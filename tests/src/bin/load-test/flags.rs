@@ -187,7 +187,7 @@ pub(crate) struct LawFlags {
 pub(crate) struct SoakFlags {
     #[command(flatten)]
     pub(crate) run: RunFlags,
-    /// So many seconds of a room in virtual time instead, as fast as the machine goes
+    /// So many seconds of a room in virtual time instead, after the warm-up, as fast as the machine goes
     #[arg(long, value_name = "SECONDS")]
     pub(crate) virtual_s: Option<u64>,
     /// How much memory may grow beyond twice the error of the line through it, MB
