@@ -2,34 +2,36 @@
 //!
 //! Owns the socket below quinn and what waits there; who is told what is decided above, and nothing is held back on purpose: what
 //! waits goes out as soon as the thread has nothing more urgent to do, or when it is a whole batch.
-//! Invariant: datagrams leave in the order in which they were given, and none that was taken is dropped before the system has it.
+//! Invariant: what one thread gives leaves in the order in which it was given, and nothing that was taken is dropped before the system has it.
 
 use std::cell::RefCell;
-use std::fmt;
 use std::io::{self, ErrorKind, IoSlice, IoSliceMut};
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::ops::Range;
 use std::os::fd::AsRawFd;
 use std::pin::Pin;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
+use std::{fmt, iter};
 
 use nix::cmsg_space;
 use nix::libc::{in_addr, in_pktinfo, in6_addr, in6_pktinfo};
 use nix::sys::socket::{ControlMessage, MsgFlags, MultiHeaders, SockaddrStorage, sendmmsg};
 use quinn::udp::{EcnCodepoint, RecvMeta, Transmit};
 use quinn::{AsyncUdpSocket, UdpPoller};
+use tokio::runtime::Handle;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 
-/// Datagrams of one call: so many that the call's own time is small beside theirs, and so few that another thread soon has its turn.
+/// Datagrams of one call: so many that the call's own time is small beside theirs, and so few that the first does not wait long for the last.
 const BATCH: usize = 32;
 
 /// A socket of quinn's that joins what it is given to send.
 pub(crate) struct Batching {
     sending: Arc<Sending>,
-    /// Sends what is not yet a whole batch.
-    rest: JoinHandle<()>,
+    /// Send what is not yet a whole batch.
+    rests: Vec<JoinHandle<()>>,
 }
 
 struct Sending {
@@ -37,6 +39,13 @@ struct Sending {
     single: Arc<dyn AsyncUdpSocket>,
     /// The same socket, for whole batches.
     many: UdpSocket,
+    /// One for each thread that runs tasks, so that none waits for another's call.
+    batches: Vec<Batch>,
+}
+
+/// What the tasks of a thread have given.
+#[derive(Default)]
+struct Batch {
     waiting: Mutex<Waiting>,
     begun: Notify,
 }
@@ -62,19 +71,24 @@ struct Alike {
 impl Batching {
     /// Joins what is sent on `single`, which is `many` in quinn's hands. Call it within a tokio runtime.
     pub(crate) fn new(single: Arc<dyn AsyncUdpSocket>, many: UdpSocket) -> Self {
-        let waiting = Mutex::new(Waiting::default());
-        let sending = Arc::new(Sending { single, many, waiting, begun: Notify::new() });
-        let rest = tokio::spawn(Arc::clone(&sending).send_rests());
-        Self { sending, rest }
+        let threads = Handle::current().metrics().num_workers();
+        let batches = iter::repeat_with(Batch::default).take(threads).collect();
+        let sending = Arc::new(Sending { single, many, batches });
+        let rests = (0..threads).map(|number| tokio::spawn(Arc::clone(&sending).send_rests(number))).collect();
+        Self { sending, rests }
     }
 }
 
 impl Drop for Batching {
     fn drop(&mut self) {
-        self.rest.abort();
+        for rest in &self.rests {
+            rest.abort();
+        }
         // the last words of a studio that closes
-        if let Err(error) = self.sending.waiting().send(&self.sending) {
-            tracing::debug!(%error, "the last datagrams are not sent");
+        for batch in &self.sending.batches {
+            if let Err(error) = batch.waiting().send(&self.sending) {
+                tracing::debug!(%error, "the last datagrams are not sent");
+            }
         }
     }
 }
@@ -91,7 +105,8 @@ impl AsyncUdpSocket for Batching {
     }
 
     fn try_send(&self, transmit: &Transmit<'_>) -> io::Result<()> {
-        let mut waiting = self.sending.waiting();
+        let batch = self.sending.batch();
+        let mut waiting = batch.waiting();
         let is_one = transmit.segment_size.is_none_or(|bytes| bytes >= transmit.contents.len());
         let alike = Alike::of(transmit);
         if !is_one || waiting.datagrams.len() == BATCH || waiting.alike.is_some_and(|other| other != alike) {
@@ -102,7 +117,7 @@ impl AsyncUdpSocket for Batching {
         }
         waiting.take_in(transmit, alike);
         match waiting.datagrams.len() {
-            1 => self.sending.begun.notify_one(),
+            1 => batch.begun.notify_one(),
             // what would not go now does with the next one, or when the socket is ready
             BATCH => drop(waiting.send(&self.sending)),
             _ => {}
@@ -136,26 +151,41 @@ impl AsyncUdpSocket for Batching {
     }
 }
 
+/// Threads that have sent something.
+static THREADS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    static THREAD: usize = THREADS.fetch_add(1, Ordering::Relaxed);
+}
+
 impl Sending {
-    fn waiting(&self) -> MutexGuard<'_, Waiting> {
-        // whole between any two calls
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    /// That of the thread which asks.
+    fn batch(&self) -> &Batch {
+        &self.batches[THREAD.with(|thread| thread % self.batches.len())]
     }
 
-    /// Sends, for ever, what is not a whole batch when the thread has done what else it had to do.
-    async fn send_rests(self: Arc<Self>) {
+    /// Sends, for ever, what of a batch is not whole when its thread has done what else it had to do.
+    async fn send_rests(self: Arc<Self>, number: usize) {
+        let batch = &self.batches[number];
         let mut poller = Arc::clone(&self.single).create_io_poller();
         loop {
-            self.begun.notified().await;
+            batch.begun.notified().await;
             // who was woken together goes on first
             tokio::task::yield_now().await;
-            while let Err(error) = { self.waiting().send(&self) } {
+            while let Err(error) = { batch.waiting().send(&self) } {
                 if std::future::poll_fn(|cx| poller.as_mut().poll_writable(cx)).await.is_err() {
                     tracing::debug!(%error, "the socket is closed");
                     return;
                 }
             }
         }
+    }
+}
+
+impl Batch {
+    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+        // whole between any two calls
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -300,7 +330,7 @@ mod tests {
     /// The first bytes of all datagrams that have come.
     fn come(socket: &UdpSocket) -> Vec<u8> {
         let mut bytes = [0; 8];
-        std::iter::from_fn(|| socket.recv(&mut bytes).ok().map(|_| bytes[0])).collect()
+        iter::from_fn(|| socket.recv(&mut bytes).ok().map(|_| bytes[0])).collect()
     }
 
     #[tokio::test]

@@ -17,9 +17,11 @@ use crate::event::Event;
 use crate::input::{Kind, Share};
 use crate::link::{Link, Outgoing};
 
-/// A peer that has said nothing by then did not mean to join: over 400 ms there and back with a tenth lost, one in two hundred takes nine seconds
+/// A peer that has opened no stream by then did not mean to join: over 400 ms there and back with a tenth lost, one in two hundred takes nine seconds
 /// to come in.
-const GREETING_WITHIN: Duration = Duration::from_secs(10);
+const STREAM_WITHIN: Duration = Duration::from_secs(10);
+/// Nor did one that has not greeted on it.
+const GREETING_WITHIN: Duration = Duration::from_secs(5);
 /// Time in which a peer takes in the last frames.
 const GOODBYE_WITHIN: Duration = Duration::from_millis(800);
 
@@ -60,7 +62,7 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
 
 /// Reads one connection until it ends.
 async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>, doorkeeper: &SharedDoorkeeper) {
-    let Ok(Ok((send, receive))) = tokio::time::timeout(GREETING_WITHIN, session.accept_bi()).await else {
+    let Ok(Ok((send, receive))) = tokio::time::timeout(STREAM_WITHIN, session.accept_bi()).await else {
         return session.close(protocol::CLOSED_UNHEARD, b"no greeting");
     };
     let (link, outgoing) = Link::new(session.clone());
