@@ -5,14 +5,14 @@
 //! one chunk.
 
 use alloc::vec::Vec;
-use core::ops::Range;
+use core::ops::{Range, RangeFrom};
 
 use glam::Vec3;
 
 use super::faceted::Cutter;
 use super::lanes::{
-    Eight, LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, counted, f32x8, load, mask32x8, only, positive, root,
-    splat, sum,
+    Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, SimdMask, counted, f32x8, i32x8, load, mask32x8,
+    only, positive, root, splat, sum,
 };
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{STEEPEST, Side, Tool};
@@ -46,7 +46,7 @@ impl Chunk {
 
 /// A column of which the tool touches something, and where its chunks lie: one beside the other from the first that is touched
 /// to the last.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
     /// Column in the grid, and row of the first lane: a multiple of [`LANES`].
     pub(super) column: u32,
@@ -59,39 +59,56 @@ pub(super) struct Column {
     /// The tool's centre along the ray and across it, m.
     pub(super) along_m: f32,
     pub(super) aside_m: f32,
-    /// Where its chunks stand; before they are found, how many are to be looked at.
-    chunks: Range<usize>,
+    /// Where its chunks stand, from the first to before the last; until they are found, how many are to be looked at.
+    chunks: [u32; 2],
     /// Where the heights of its rows begin.
-    heights: usize,
+    heights: u32,
 }
 
 impl Column {
-    /// A column whose rows are to be looked at, from a multiple of [`LANES`] on: its angle from the tool, rad, the direction of
-    /// its ray, and the tool's centre along and across it, m.
+    /// A column of which some of a window's chunks are to be looked at: its angle from the tool, rad, the direction of its ray, and
+    /// the tool's centre along and across it, m.
     pub(super) fn new(
         column: u32,
         window: Window,
-        rows: Range<u32>,
+        chunks: Range<u32>,
         angle_rad: f32,
         [cos, sin]: [f32; 2],
         [along_m, aside_m]: [f32; 2],
     ) -> Self {
         Self {
             column,
-            first_row: rows.start,
+            first_row: window.first_row + chunks.start * LANES as u32,
             angle_rad,
             cos,
             sin,
             along_m,
             aside_m,
-            chunks: 0..(rows.end - rows.start).div_ceil(LANES as u32) as usize,
-            heights: (rows.start - window.first_row) as usize / LANES,
+            chunks: [0, chunks.end - chunks.start],
+            heights: chunks.start,
         }
+    }
+
+    /// Where its chunks stand.
+    fn chunks(&self) -> Range<usize> {
+        self.chunks[0] as usize..self.chunks[1] as usize
+    }
+
+    /// Where the heights of its chunks stand, and of those above.
+    fn heights(&self) -> RangeFrom<usize> {
+        self.heights as usize..
+    }
+
+    /// The same column with some of its chunks alone, by their numbers from its first on, which stand at a place.
+    fn with_chunks(self, numbers: Range<u32>, at: u32) -> Self {
+        let first_row = self.first_row + numbers.start * LANES as u32;
+        let chunks = [at + numbers.start, at + numbers.end];
+        Self { first_row, heights: self.heights + numbers.start, chunks, ..self }
     }
 
     /// The row after its last lane; beyond the rim when the grid ends within the last chunk.
     pub(super) fn end_row(&self) -> u32 {
-        self.first_row + (self.chunks.len() * LANES) as u32
+        self.first_row + (self.chunks[1] - self.chunks[0]) * LANES as u32
     }
 }
 
@@ -132,7 +149,7 @@ pub(super) struct Contacts {
     /// touched, along the ray, across it and up.
     is_faceted: bool,
     has_facing: bool,
-    pub(super) facing: Vec<[Eight; 3]>,
+    facing: Vec<[Eight; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
     above_m: Vec<Eight>,
 }
@@ -145,38 +162,34 @@ struct Chunks {
 }
 
 impl Chunks {
-    /// Keeps the chunks that are found in a column, by their numbers from foot to rim, up to the last that is touched; says
-    /// whether one is.
+    /// Keeps the chunks that are found in a column, by their numbers from foot to rim, up to the last that is touched; the column
+    /// with those from the first that is touched on, if one is. `found` writes a chunk and tells its penetrations, m.
     ///
     /// They are written in place: a call that could make room would cost more than what is found.
     #[inline(always)]
     fn keep<S: Simd>(
         &mut self,
-        column: &mut Column,
-        mut found: impl FnMut(usize) -> Chunk,
+        column: &Column,
+        mut found: impl FnMut(usize, &mut Chunk) -> f32x8<S>,
         tally: &mut Tally<S>,
-    ) -> bool {
-        let count = column.chunks.len();
+    ) -> Option<Column> {
+        let count = column.chunks().len();
         if self.room.len() < self.used + count {
             self.room.resize(self.used + count, Chunk::NONE);
         }
         let (mut first, mut end) = (usize::MAX, 0);
         for (number, room) in self.room[self.used..][..count].iter_mut().enumerate() {
-            let chunk = found(number);
-            if tally.add(chunk.penetration_m.on(tally.elements.simd)) {
+            if tally.add(found(number, room)) {
                 first = first.min(number);
                 end = number + 1;
             }
-            *room = chunk;
         }
         if end == 0 {
-            return false;
+            return None;
         }
-        column.first_row += (first * LANES) as u32;
-        column.heights += first;
-        column.chunks = self.used + first..self.used + end;
+        let kept = column.with_chunks(first as u32..end as u32, self.used as u32);
         self.used += end;
-        true
+        Some(kept)
     }
 }
 
@@ -220,9 +233,9 @@ impl Contacts {
     pub(super) fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
         self.columns.iter().map(|column| Stretch {
             column,
-            chunks: &self.chunks.room[column.chunks.clone()],
-            above_m: &self.above_m[column.heights..],
-            facing: if self.has_facing { &self.facing[column.chunks.clone()] } else { &[] },
+            chunks: &self.chunks.room[column.chunks()],
+            above_m: &self.above_m[column.heights()],
+            facing: if self.has_facing { &self.facing[column.chunks()] } else { &[] },
         })
     }
 
@@ -246,8 +259,8 @@ impl Contacts {
     pub(super) fn replace<S: Simd>(&mut self, simd: S, penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>) {
         let mut tally = Tally::new(simd);
         for column in &self.columns {
-            let chunks = &mut self.chunks.room[column.chunks.clone()];
-            for (chunk, above) in chunks.iter_mut().zip(&self.above_m[column.heights..]) {
+            let chunks = &mut self.chunks.room[column.chunks()];
+            for (chunk, above) in chunks.iter_mut().zip(&self.above_m[column.heights()]) {
                 let left_m = penetration_m(column, chunk, above.on(simd));
                 chunk.penetration_m = left_m.into();
                 tally.add(left_m);
@@ -261,16 +274,11 @@ impl Contacts {
     pub(super) fn keep(&mut self, wanted: impl Fn(&Column, &Chunk, &Eight) -> bool) {
         let (chunks, above_m) = (&self.chunks.room, &self.above_m);
         self.columns.retain_mut(|column| {
-            let is_wanted = |number: usize| {
-                let above = &above_m[column.heights + number - column.chunks.start];
-                wanted(column, &chunks[number], above)
-            };
-            let Some(first) = column.chunks.clone().find(|&number| is_wanted(number)) else { return false };
-            let last = column.chunks.clone().rfind(|&number| is_wanted(number)).unwrap_or(first);
-            let skipped = first - column.chunks.start;
-            column.first_row += (skipped * LANES) as u32;
-            column.heights += skipped;
-            column.chunks = first..last + 1;
+            let (chunks, above_m) = (&chunks[column.chunks()], &above_m[column.heights()]);
+            let is_wanted = |number: &usize| wanted(column, &chunks[*number], &above_m[*number]);
+            let Some(first) = (0..chunks.len()).find(is_wanted) else { return false };
+            let last = (0..chunks.len()).rfind(is_wanted).unwrap_or(first);
+            *column = column.with_chunks(first as u32..last as u32 + 1, column.chunks[0]);
             true
         });
     }
@@ -281,17 +289,34 @@ impl Contacts {
         self.deepest_m = tally.deepest_m.to_array().into_iter().fold(0.0, f32::max);
     }
 
-    /// Adds a column of chunks, if any of them is touched; before they are found, its range says how many there are.
+    /// Adds a column of chunks, if any of them is touched, and gives those that it keeps; before they are found, its range says how
+    /// many there are.
     #[inline(always)]
     pub(super) fn add_column<S: Simd>(
         &mut self,
-        mut column: Column,
-        found: impl FnMut(usize) -> Chunk,
+        column: Column,
+        found: impl FnMut(usize, &mut Chunk) -> f32x8<S>,
         tally: &mut Tally<S>,
-    ) {
-        if self.chunks.keep(&mut column, found, tally) {
-            self.columns.push(column);
+    ) -> Option<Column> {
+        let kept = self.chunks.keep(&column, found, tally)?;
+        self.columns.push(kept);
+        Some(kept)
+    }
+
+    /// The chunks of a column.
+    #[inline(always)]
+    pub(super) fn chunks_of(&mut self, column: &Column) -> &mut [Chunk] {
+        &mut self.chunks.room[column.chunks()]
+    }
+
+    /// Where it stands which way the clay pushes in the chunks of a column: see [`Contacts::facing`].
+    #[inline(always)]
+    pub(super) fn facing_of(&mut self, column: &Column) -> &mut [[Eight; 3]] {
+        let chunks = column.chunks();
+        if self.facing.len() < chunks.end {
+            self.facing.resize(chunks.end, [Eight::ZERO; 3]);
         }
+        &mut self.facing[chunks]
     }
 
     /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
@@ -341,12 +366,11 @@ impl Contacts {
         let ball = Ball { tool_m: *tool_m, side: press.side, behind_m };
         let mut touched = 0;
         for number in 0..columns.len() {
-            let column = &mut columns[number];
+            let column = columns[number];
             let radii_m = &surface.column_m(column.column)[column.first_row as usize..];
-            if ball.find::<S, LEANS>(column, radii_m, &above_m[column.heights..], chunks, &mut tally) {
-                if touched < number {
-                    columns.swap(touched, number);
-                }
+            if let Some(kept) = ball.find::<S, LEANS>(&column, radii_m, &above_m[column.heights()], chunks, &mut tally)
+            {
+                columns[touched] = kept;
                 touched += 1;
             }
         }
@@ -362,46 +386,54 @@ impl Contacts {
         let (shape, window, centre, tool_m) = (surface.shape(), reach.window, press.centre_m, self.tool_m);
         let column_rad = shape.column_angle_rad();
         let rows_per_m = 1.0 / surface.row_height_m();
-        let (lowest, highest) = (window.first_row, window.end_row());
         let half_columns = (window.columns / 2) as i32;
-        let zero = splat(simd, 0.0);
+        let (zero, lowest) = (splat(simd, 0.0), window.first_row as f32);
+        let chunks = i32x8::splat(simd, window.rows.div_ceil(LANES as u32) as i32);
+        let (ring, lanes) =
+            (i32x8::splat(simd, shape.columns() as i32), i32x8::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7]));
         // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another widest radius
         // must find the same
         let widest_m = match press.side {
             Side::Outside => surface.widest_m() + 1e-6,
             Side::Inside => f32::INFINITY,
         };
-        let mut ring = window.grid_columns(shape);
         for local in (0..window.columns).step_by(LANES) {
-            let count = LANES.min((window.columns - local) as usize);
-            let (mut columns, mut cos, mut sin) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
-            for (lane, column) in ring.by_ref().take(count).enumerate() {
-                columns[lane] = column;
-                [cos[lane], sin[lane]] = surface.direction(column);
-            }
-            let [cosines, sines] = [f32x8::load_array(simd, cos), f32x8::load_array(simd, sin)];
-            let along_m = cosines * centre.x + sines * centre.y;
-            let aside_m = cosines * centre.y - sines * centre.x;
+            let columns = lanes + (window.first_column + local) as i32;
+            let columns = columns.simd_lt(ring).select(columns, columns - ring).min(ring - 1);
+            let [cos, sin] = directions(simd, surface, columns);
+            let along_m = cos * centre.x + sin * centre.y;
+            let aside_m = cos * centre.y - sin * centre.x;
             let apart_m = (along_m - widest_m).max(zero);
             let half_chord_m2 = splat(simd, tool_m * tool_m) - aside_m * aside_m - apart_m * apart_m;
             let half_m = half_chord_m2.max(zero).sqrt();
-            let first = ((centre.z - half_m) * rows_per_m).max(zero).to_array();
-            let end = ((centre.z + half_m) * rows_per_m).max(zero).to_array();
-            let (half_chord_m2, along_m, aside_m) = (half_chord_m2.to_array(), along_m.to_array(), aside_m.to_array());
-            for lane in 0..count {
+            // a row more on both sides
+            let chunk = |row: f32x8<S>| i32x8::truncate_from(row.max(zero) * (1.0 / LANES as f32)).min(chunks);
+            let first = chunk((splat(simd, centre.z) - half_m) * rows_per_m - (lowest + 1.0));
+            let end = chunk((half_m + centre.z) * rows_per_m + (1.0 + LANES as f32 - lowest)).max(first);
+            let angles_rad = if window.columns == shape.columns() {
+                let turned = |column: i32| nearest_turn(column as f32 * column_rad - reach.angle_rad);
+                columns.to_array().map(turned)
+            } else {
+                let off = counted(simd, (local as i32 - half_columns) as f32);
+                (off * column_rad - reach.off_column_rad).to_array()
+            };
+            let (columns, first, end) = (columns.to_array(), first.to_array(), end.to_array());
+            let [cos, sin, along_m, aside_m] = [cos, sin, along_m, aside_m].map(|lanes| lanes.to_array());
+            let half_chord_m2 = half_chord_m2.to_array();
+            for lane in 0..LANES.min((window.columns - local) as usize) {
                 if half_chord_m2[lane] <= 0.0 {
                     continue;
                 }
-                let first_row = (first[lane] as u32).saturating_sub(1) / LANES as u32 * LANES as u32;
-                let first_row = first_row.clamp(lowest, highest);
-                let end_row = (end[lane] as u32 + 2).clamp(first_row, highest);
-                let angle_rad = if window.columns == shape.columns() {
-                    nearest_turn(columns[lane] as f32 * column_rad - reach.angle_rad)
-                } else {
-                    (local as i32 + lane as i32 - half_columns) as f32 * column_rad - reach.off_column_rad
-                };
+                let chunks = first[lane] as u32..end[lane] as u32;
                 let (direction, centre) = ([cos[lane], sin[lane]], [along_m[lane], aside_m[lane]]);
-                self.columns.push(Column::new(columns[lane], window, first_row..end_row, angle_rad, direction, centre));
+                self.columns.push(Column::new(
+                    columns[lane] as u32,
+                    window,
+                    chunks,
+                    angles_rad[lane],
+                    direction,
+                    centre,
+                ));
             }
         }
     }
@@ -441,13 +473,15 @@ impl Contacts {
         self.above_m.push(only(0.0, BEYOND_M));
         // its middle is straight ahead
         let chunk = Chunk { penetration_m: only(penetration_m, 0.0), radius_m: only(radius_m, 0.0), ..Chunk::NONE };
-        let (rows, centre) = (first_row..self.window.end_row(), [reach.distance_m, 0.0]);
-        let at = Column::new(column, self.window, rows, -reach.off_column_rad, [cos, sin], centre);
+        let at = Column::new(column, self.window, 0..1, -reach.off_column_rad, [cos, sin], [reach.distance_m, 0.0]);
         let mut tally = Tally::new(simd);
         self.add_column(
             at,
             #[inline(always)]
-            |_| chunk,
+            |_, room| {
+                *room = chunk;
+                chunk.penetration_m.on(simd)
+            },
             &mut tally,
         );
         self.take(&tally);
@@ -473,16 +507,16 @@ struct Ball {
 }
 
 impl Ball {
-    /// Keeps the chunks of a column that the sphere touches; says whether there are any.
+    /// Keeps the chunks of a column that the sphere touches, if there are any.
     #[inline(always)]
     fn find<S: Simd, const LEANS: bool>(
         &self,
-        column: &mut Column,
+        column: &Column,
         radii_m: &[f32],
         above_m: &[Eight],
         chunks: &mut Chunks,
         tally: &mut Tally<S>,
-    ) -> bool {
+    ) -> Option<Column> {
         let &Self { tool_m, behind_m, .. } = self;
         let Column { along_m, aside_m, .. } = *column;
         let simd = tally.elements.simd;
@@ -543,20 +577,20 @@ impl<S: Simd> Cap<S> {
     #[inline(always)]
     fn look<const LEANS: bool>(
         &self,
-        column: &mut Column,
+        column: &Column,
         radii_m: &[f32],
         above_m: &[Eight],
         chunks: &mut Chunks,
         tally: &mut Tally<S>,
         meets: impl Fn(f32x8<S>, f32x8<S>) -> f32x8<S>,
-    ) -> bool {
+    ) -> Option<Column> {
         let simd = tally.elements.simd;
         let zero = splat(simd, 0.0);
         let (whole, last) = radii_m.as_chunks::<LANES>();
         chunks.keep(
             column,
             #[inline(always)]
-            |number| {
+            |number, chunk| {
                 let radius_m = match whole.get(number) {
                     Some(lanes) => f32x8::load_array_ref(simd, lanes),
                     None => load(simd, last),
@@ -565,22 +599,27 @@ impl<S: Simd> Cap<S> {
                 let square = self.square - above * above;
                 let half_chord = square.max(zero).sqrt();
                 let penetration_m = only(positive(square), meets(radius_m, half_chord)).max(zero);
-                let (aside, up) = if LEANS {
+                (chunk.penetration_m, chunk.radius_m) = (penetration_m.into(), radius_m.into());
+                if LEANS {
                     let steep = (splat(simd, 1.0) / half_chord).min(self.steepest);
-                    (self.aside * steep, above * steep)
-                } else {
-                    (zero, zero)
-                };
-                Chunk {
-                    penetration_m: penetration_m.into(),
-                    radius_m: radius_m.into(),
-                    aside: aside.into(),
-                    up: up.into(),
+                    (chunk.aside, chunk.up) = ((self.aside * steep).into(), (above * steep).into());
                 }
+                penetration_m
             },
             tally,
         )
     }
+}
+
+/// Cosines and sines of eight columns' angles.
+#[inline(always)]
+fn directions<S: Simd>(simd: S, surface: &Surface, columns: i32x8<S>) -> [f32x8<S>; 2] {
+    let columns = columns.to_array();
+    let turned: [[f32; 2]; LANES] = match surface.directions_from(columns[0] as u32) {
+        Some(there) if columns[LANES - 1] > columns[0] => there.map(|direction| direction.to_array()),
+        _ => columns.map(|column| surface.direction(column as u32)),
+    };
+    [0, 1].map(|axis| f32x8::load_array(simd, turned.map(|direction| direction[axis])))
 }
 
 /// Where the tool stands in the pot's cylindrical coordinates.

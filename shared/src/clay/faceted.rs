@@ -7,8 +7,8 @@ use alloc::sync::Arc;
 
 use glam::{Mat3, Vec3};
 
-use super::contact::{Chunk, Column, Contacts, Tally, nearest_turn};
-use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, columns, f32x8, load, positive, splat};
+use super::contact::{Column, Contacts, Tally, nearest_turn};
+use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, columns, f32x8, load, root, splat};
 use super::window::Scratch;
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{ConvexTool, Eights, Pose, STEEPEST, Sections, Shape, Side, Sides, Tool};
@@ -55,7 +55,7 @@ struct Face<'a> {
     section: &'a Eights<'a>,
     /// Their bits.
     normals: &'a [[u32; 4]],
-    /// Directions in the tool's own coordinates: along the ray, across it, and up.
+    /// Directions in the tool's own coordinates: against the ray, against what lies across it, and down.
     axes: [Vec3; 3],
     outwards: f32,
     behind_m: f32,
@@ -93,7 +93,7 @@ impl Contacts {
         let crate::tool::Extent { first_column, columns, first_row, rows } = extent;
         self.window = Window { first_column, columns, first_row, rows }.aligned(surface.shape(), LANES as u32);
         self.tool_m = tool.radius().0;
-        self.distance_m = libm::sqrtf(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
+        self.distance_m = root(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
         self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
         self.fill_heights(simd, surface, press.centre_m.z);
         let mut tally = Tally::new(simd);
@@ -121,45 +121,39 @@ impl Contacts {
         let (along_m, aside_m) =
             (press.centre_m.x * cos + press.centre_m.y * sin, press.centre_m.y * cos - press.centre_m.x * sin);
         let Eights { first_row, radii_m: edges_m, facets, .. } = *section;
-        let rows = first_row..first_row + (edges_m.len() * LANES) as u32;
-        let radii_m = &surface.column_m(column)[first_row as usize..];
-        let at = Column::new(column, self.window, rows, angle_rad, [cos, sin], [along_m, aside_m]);
-        let found = self.found();
-        let mut all_facing = core::mem::take(&mut self.facing);
-        if !LEANS && all_facing.len() < found + edges_m.len() {
-            all_facing.resize(found + edges_m.len(), [Eight::ZERO; 3]);
-        }
-        let room = all_facing.get_mut(found..).unwrap_or_default();
-        self.add_column(
+        let first = (first_row - self.window.first_row) / LANES as u32;
+        let chunks = first..first + edges_m.len() as u32;
+        let (whole_m, last_m) = surface.column_m(column)[first_row as usize..].as_chunks::<LANES>();
+        let at = Column::new(column, self.window, chunks, angle_rad, [cos, sin], [along_m, aside_m]);
+        let kept = self.add_column(
             at,
             #[inline(always)]
-            |number| {
-                let radius_m = match radii_m[number * LANES..].first_chunk::<LANES>() {
+            |number, chunk| {
+                let radius_m = match whole_m.get(number) {
                     Some(lanes) => f32x8::load_array_ref(simd, lanes),
-                    None => load(simd, &radii_m[number * LANES..]),
+                    None => load(simd, last_m),
                 };
                 // beyond the tool no clay is touched
                 let edge_m = f32x8::load_array_ref(simd, &edges_m[number]);
                 let penetration_m = ((radius_m - behind_m - edge_m) * outwards).max(splat(simd, 0.0));
-                let chunk = Chunk { penetration_m: penetration_m.into(), radius_m: radius_m.into(), ..Chunk::NONE };
-                if !positive(penetration_m).any_true() {
-                    // the memory is the last press's
-                    if !LEANS {
-                        room[number] = [Eight::ZERO; 3];
-                    }
-                    return chunk;
-                }
-                let [along, aside, up] = face.facing(simd, &facets[number]);
-                if LEANS {
-                    let steep = splat(simd, 1.0) / along.abs().max(splat(simd, STEEPEST));
-                    return Chunk { aside: (aside * steep).into(), up: (-up * steep).into(), ..chunk };
-                }
-                room[number] = [along.into(), aside.into(), up.into()];
-                chunk
+                (chunk.penetration_m, chunk.radius_m) = (penetration_m.into(), radius_m.into());
+                penetration_m
             },
             tally,
         );
-        self.facing = all_facing;
+        let Some(kept) = kept else { return };
+        let facets = &facets[((kept.first_row - first_row) / LANES as u32) as usize..];
+        if LEANS {
+            for (chunk, facets) in self.chunks_of(&kept).iter_mut().zip(facets) {
+                let [along, aside, up] = face.facing(simd, facets);
+                let steep = splat(simd, 1.0) / along.abs().max(splat(simd, STEEPEST));
+                (chunk.aside, chunk.up) = ((aside * steep).into(), (-up * steep).into());
+            }
+        } else {
+            for (facing, facets) in self.facing_of(&kept).iter_mut().zip(facets) {
+                *facing = face.facing(simd, facets).map(Eight::from);
+            }
+        }
     }
 }
 
@@ -176,17 +170,13 @@ impl Face<'_> {
         let [x, y, z] = [f32x8::from_bits(x), f32x8::from_bits(y), f32x8::from_bits(z)];
         // written out: mapped, it would be a function of its own
         let [ray, across, up] = self.axes;
-        [
-            -(x * ray.x + y * ray.y + z * ray.z),
-            -(x * across.x + y * across.y + z * across.z),
-            -(x * up.x + y * up.y + z * up.z),
-        ]
+        [x * ray.x + y * ray.y + z * ray.z, x * across.x + y * across.y + z * across.z, x * up.x + y * up.y + z * up.z]
     }
 }
 
-/// A column's ray, the direction across it and the way up, as a turned tool sees them.
+/// The opposites of a column's ray, the direction across it and the way up, as a turned tool sees them.
 fn axes(turn: &Mat3, [cos, sin]: [f32; 2]) -> [Vec3; 3] {
     let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
-    let [along, across] = [(cos, sin), (-sin, cos)].map(|(x, y)| columns.map(|axis| axis.x * x + axis.y * y));
-    [along, across, columns.map(|axis| axis.z)].map(Vec3::from_array)
+    let [along, across] = [(-cos, -sin), (sin, -cos)].map(|(x, y)| columns.map(|axis| axis.x * x + axis.y * y));
+    [along, across, columns.map(|axis| -axis.z)].map(Vec3::from_array)
 }

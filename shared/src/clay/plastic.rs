@@ -128,14 +128,8 @@ impl PlasticCsem {
             apart(
                 simd,
                 #[inline(always)]
-                || rim.lay(simd, surface, contacts, &mut scratch.rim, footprint),
+                || rim.lay(simd, surface, contacts, &scratch.pushes, &mut scratch.rim, footprint),
             );
-            let mut pushes = scratch.pushes.as_slice();
-            for stretch in contacts.stretches() {
-                let (of_column, rest) = pushes.split_at(stretch.chunks.len());
-                footprint.press_in(simd, surface.shape(), stretch.column, of_column);
-                pushes = rest;
-            }
         }
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         Contact {
@@ -481,23 +475,28 @@ fn yields<S: Simd>(
         let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
         rest = others;
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        // two short loops: the figures of one long one would not fit into the registers of a small processor
+        // three short loops: while the quotient of a long one is awaited, too little of the next round fits into a processor
         for ((chunk, above), push) in stretch.iter().zip(&mut *pushes) {
+            let (elastic, shape) = bed.depth_m(chunk.radius_m.on(simd) * angle_rad, above.on(simd));
+            // until the next loop has made of them what they are
+            (push.delta_m, push.rising) = (elastic.into(), shape.into());
+        }
+        for (chunk, push) in stretch.chunks.iter().zip(&mut *pushes) {
             let (depth, radius) = (chunk.penetration_m.on(simd), chunk.radius_m.on(simd));
-            let (elastic, shape) = bed.depth_m(radius * angle_rad, above.on(simd));
+            let (elastic, shape) = (push.delta_m.on(simd), push.rising.on(simd));
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
             let carried = part.min(one) * shape * (radius - depth * outwards);
+            let rising = (one - part).max(zero);
+            let delta = (depth - elastic).max(zero) * response;
+            *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
+        }
+        for ((chunk, above), push) in stretch.iter().zip(&*pushes) {
+            let (carried, radius) = (push.carried.on(simd), chunk.radius_m.on(simd));
             ahead_sum += carried;
             aside_sum += carried * chunk.aside.on(simd);
             z -= carried * chunk.up.on(simd);
-            let rising = (one - part).max(zero);
-            let delta = (depth - elastic).max(zero) * response;
-            *push = Push { delta_m: delta.into(), rising: rising.into() };
-        }
-        for ((chunk, above), push) in stretch.iter().zip(&*pushes) {
-            let radius = chunk.radius_m.on(simd);
             dent.add(push.delta_m.on(simd) * radius, radius, above.on(simd));
         }
         dent.end_column(angle_rad);

@@ -6,6 +6,7 @@
 use core::f32::consts::PI;
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::contact::{Contacts, nearest_turn};
 use super::ellipse::{Ellipse, Step};
@@ -13,6 +14,7 @@ use super::lanes::{
     Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, counted, f32x8, i32x8, positive, root, splat,
 };
 use super::plastic::Slide;
+use super::window::Push;
 use super::{Footprint, GridShape, Surface, Window};
 
 /// A rim about an ellipse.
@@ -68,13 +70,15 @@ impl Rim<'_> {
     /// Where the rim begins, in q²: it rises from here to q² = 1, so that no element is raised or not by a hair.
     pub(super) const BEGIN: f32 = 0.75;
 
-    /// Lays the footprint over rim and contact, and fills it with the rim.
+    /// Lays the footprint over rim and contact, fills it with the rim, and presses into it what yields, chunk by chunk of the
+    /// contact.
     #[inline(always)]
     pub(super) fn lay<S: Simd>(
         &self,
         simd: S,
         surface: &Surface,
         contacts: &Contacts,
+        pushes: &[Push],
         RimScratch { rows, bands }: &mut RimScratch,
         footprint: &mut Footprint,
     ) {
@@ -85,9 +89,6 @@ impl Rim<'_> {
         let window = self.window(surface, contacts, middle as i64, centre_z);
         footprint.lay(window);
         let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.shape.area());
-        if crest_m == 0.0 {
-            return;
-        }
         self.fill_rows(simd, surface, window, centre_z, rows);
         let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
@@ -108,23 +109,34 @@ impl Rim<'_> {
             let arcs = away_rad * arc_per_rad;
             let left = splat(simd, end) - arcs * arcs;
             let outer_m = left.max(zero).sqrt() * half_height_m;
-            let inner_m = (splat(simd, Self::BEGIN) - arcs * arcs).max(zero).sqrt() * half_height_m;
             let centre = splat(simd, centre_z);
             let from = lattice.chunk(centre - outer_m).min(chunks);
             let to = (lattice.chunk(centre + outer_m) + one).min(chunks);
             let to = positive(left).select(to, from).max(from);
-            let under = (lattice.chunk(centre - inner_m) + one).max(from).min(to);
-            let above = lattice.chunk(centre + inner_m).max(under).min(to);
-            let [from, under, above, to] = [from, under, above, to].map(|chunks| chunks.to_array());
+            let [from, to] = [from, to].map(|chunks| chunks.to_array());
             let arcs = arcs.to_array();
             for lane in 0..LANES.min((window.columns - local) as usize) {
-                let [from, under, above, to] = [from, under, above, to].map(|chunks| chunks[lane] as usize);
-                bands.push(Band { arc: arcs[lane], from, under, above, to });
+                let raised = from[lane] as u32..to[lane] as u32;
+                bands.push(Band { arc: arcs[lane], pressed: raised.start..raised.start, raised, pushes: 0 });
             }
         }
+        let mut found = 0;
+        for column in contacts.columns() {
+            let Some(local) = window.local_column(surface.shape(), column.column) else { continue };
+            let first = (column.first_row - window.first_row) / LANES as u32;
+            let count = (column.end_row() - column.first_row) / LANES as u32;
+            let band = &mut bands[local as usize];
+            (band.pressed, band.pushes) = (first..first + count, found);
+            found += count;
+        }
         for (local, band) in bands.iter().enumerate() {
-            let column = footprint.narrow(local, band.from * LANES..band.to * LANES);
+            let all = band.all();
+            let column = footprint.narrow(local, all.clone());
             kernel.raise(simd, &self.shape, rows, band, column);
+            let pressed = &mut column[band.pressed.start as usize - all.start..];
+            for (lanes, push) in pressed.iter_mut().zip(&pushes[band.pushes as usize..][..band.pressed.len()]) {
+                *lanes = (f32x8::load_array_ref(simd, lanes) * push.rising.on(simd) + push.delta_m.on(simd)).to_array();
+            }
         }
     }
 
@@ -198,15 +210,23 @@ impl ChunkRows {
     }
 }
 
-/// The chunks of a column that rise, those between `under` and `above` excepted, where the rim has not begun.
-#[derive(Clone, Copy, Debug)]
+/// The chunks of a column that rise, and those that are pressed.
+#[derive(Clone, Debug)]
 struct Band {
     /// Half axes aside of the rim's middle.
     arc: f32,
-    from: usize,
-    under: usize,
-    above: usize,
-    to: usize,
+    raised: Range<u32>,
+    pressed: Range<u32>,
+    /// Where what is pressed stands among what yields.
+    pushes: u32,
+}
+
+impl Band {
+    /// All chunks that change, and what lies between.
+    fn all(&self) -> Range<usize> {
+        let (start, end) = (self.raised.start.min(self.pressed.start), self.raised.end.max(self.pressed.end));
+        start as usize..end as usize
+    }
 }
 
 /// Eight rows of a rim: how far the line of its [`Kernel`] has fallen up to their height, and what they add to the rim's weight.
@@ -230,40 +250,32 @@ impl Kernel {
         Self { start, slope, blunt_m: (1.0 - shape.slides) * crest_m, sharp_m: shape.slides * crest_m }
     }
 
-    /// Writes the band of a column that begins with it.
+    /// Writes all chunks of a column's band.
     #[inline(always)]
-    fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [f32]) {
-        let &Band { arc, from, under, above, to } = band;
+    fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [[f32; LANES]]) {
+        let arc = band.arc;
         let arc2 = arc * arc;
         let line = self.start - arc2 * self.slope;
         let beside = 1.0 + shape.along * arc + shape.around * arc2;
+        let (from, to) = (band.raised.start as usize, band.raised.end as usize);
+        let skipped = from - band.all().start;
+        let (under, rest) = column.split_at_mut(skipped);
+        let (raised, above) = rest.split_at_mut(to - from);
+        under.fill([0.0; LANES]);
+        above.fill([0.0; LANES]);
+        let rows = raised.iter_mut().zip(&rows[from..to]);
         if arc2 >= 1.0 {
-            return fill(
-                &rows[from..to],
-                column,
-                #[inline(always)]
-                |row| self.raised(simd, row, self.line(simd, row, line), beside),
-            );
+            for (lanes, row) in rows {
+                *lanes = self.raised(simd, row, self.line(simd, row, line), beside).to_array();
+            }
+            return;
         }
-        // the grid may end within the last chunk
-        let within = |chunk: usize| ((chunk - from) * LANES).min(column.len());
-        let hole = within(under)..within(above);
-        column[hole].fill(0.0);
-        let at_begin = self.start - Rim::BEGIN * self.slope;
+        let at_begin = splat(simd, self.start - Rim::BEGIN * self.slope);
         let by_line = 1.0 / ((1.0 - Rim::BEGIN) * self.slope);
-        for (begin, end) in [(from, under), (above, to)] {
-            let column = column.get_mut((begin - from) * LANES..).unwrap_or_default();
-            fill(
-                &rows[begin..end],
-                column,
-                #[inline(always)]
-                |row| {
-                    let line = self.line(simd, row, line);
-                    let begun = (splat(simd, at_begin) - line) * by_line;
-                    let begun = begun.max(splat(simd, 0.0)).min(splat(simd, 1.0));
-                    self.raised(simd, row, line, beside) * begun
-                },
-            );
+        for (lanes, row) in rows {
+            let line = self.line(simd, row, line);
+            let begun = ((at_begin - line) * by_line).max(splat(simd, 0.0)).min(splat(simd, 1.0));
+            *lanes = (self.raised(simd, row, line, beside) * begun).to_array();
         }
     }
 
@@ -280,16 +292,5 @@ impl Kernel {
         let line = line.max(zero);
         let square = line * line;
         square * (square * self.sharp_m + self.blunt_m) * (row.ahead.on(simd) + beside).max(zero)
-    }
-}
-
-#[inline(always)]
-fn fill<S: Simd>(rows: &[RimRow], column: &mut [f32], raised: impl Fn(&RimRow) -> f32x8<S>) {
-    let (column, last) = column.as_chunks_mut::<LANES>();
-    for (lanes, row) in column.iter_mut().zip(rows) {
-        *lanes = raised(row).to_array();
-    }
-    if let Some(row) = rows.get(column.len()) {
-        last.copy_from_slice(&raised(row).to_array()[..last.len()]);
     }
 }

@@ -136,6 +136,11 @@ impl Surface {
         self.directions[column as usize].to_array()
     }
 
+    /// Directions of as many columns as are worked on at once, from one on, when there are so many.
+    pub(super) fn directions_from(&self, column: u32) -> Option<&[Vec2; LANES]> {
+        self.directions.get(column as usize..)?.first_chunk()
+    }
+
     /// Columns and rows as a convex tool is cut by them.
     pub(super) fn lattice(&self) -> Lattice<'_> {
         Lattice { directions: &self.directions, rows: self.shape.rows(), row_height_m: self.row_height_m() }

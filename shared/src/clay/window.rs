@@ -8,9 +8,9 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use super::GridShape;
-use super::contact::{Chunk, Column, Contacts, Stretch};
+use super::contact::{Contacts, Stretch};
 use super::faceted::Cutter;
-use super::lanes::{Eight, LANES, Simd, SimdBase, Vectors, f32x8, load};
+use super::lanes::{Eight, LANES, Simd, SimdBase, Vectors};
 use super::rim::RimScratch;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
@@ -121,8 +121,9 @@ impl Window {
 #[derive(Clone, Debug, Default)]
 pub struct Footprint {
     window: Window,
-    /// `[window.columns][window.rows]` and whatever is left of larger windows, m; negative pushes towards the axis.
-    delta_m: Vec<f32>,
+    /// `[window.columns][window.rows]`, each column from a whole eight on, and whatever is left of larger windows, m; negative
+    /// pushes towards the axis.
+    delta_m: Vec<[f32; LANES]>,
     /// Rows of each of the window's columns beyond which nothing is displaced.
     spans: Vec<Range<u32>>,
     pub(super) scratch: Scratch,
@@ -149,10 +150,12 @@ pub(super) struct Push {
     pub(super) delta_m: Eight,
     /// Share of the rim that an element takes: less the more it is pressed, none where it yields.
     pub(super) rising: Eight,
+    /// Share of the pressure on an element times the tool's area on it, over the area of an element at radius 1.
+    pub(super) carried: Eight,
 }
 
 impl Push {
-    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO };
+    pub(super) const NONE: Self = Self { delta_m: Eight::ZERO, rising: Eight::ZERO, carried: Eight::ZERO };
 }
 
 /// A touched element beside an untouched one.
@@ -171,18 +174,19 @@ impl Footprint {
     #[must_use]
     pub fn for_grid(shape: GridShape) -> Self {
         let elements = shape.elements();
+        let eights = shape.columns() as usize * (shape.rows() as usize).div_ceil(LANES);
         let scratch = Scratch {
             vectors: Vectors::default(),
             boundary: Vec::with_capacity(elements / 8),
             contacts: Contacts::with_room(shape),
-            pushes: Vec::with_capacity(elements / LANES + 1),
+            pushes: Vec::with_capacity(eights),
             rim: RimScratch::with_room(shape),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
             cutter: None,
         };
         Self {
             window: Window::default(),
-            delta_m: Vec::with_capacity(elements),
+            delta_m: Vec::with_capacity(eights),
             spans: Vec::with_capacity(shape.columns() as usize),
             scratch,
         }
@@ -196,34 +200,36 @@ impl Footprint {
 
     /// Empties the footprint and lays it over `window`, all displacements zero.
     pub fn reset(&mut self, window: Window) {
-        self.window = window;
-        let elements = window.elements();
-        if self.delta_m.len() < elements {
-            self.delta_m.resize(elements, 0.0);
-        }
-        self.delta_m[..elements].fill(0.0);
-        self.spans.clear();
-        self.spans.resize(window.columns as usize, 0..window.rows);
+        self.lay(window);
+        let eights = window.columns as usize * self.column_eights();
+        self.delta_m[..eights].fill([0.0; LANES]);
+        self.spans.fill(0..window.rows);
     }
 
     /// Lays the footprint over `window`, none of whose elements is displaced until [`Footprint::narrow`] gives them out: what
     /// is not displaced need not be cleared.
     pub(super) fn lay(&mut self, window: Window) {
         self.window = window;
-        let elements = window.elements();
-        if self.delta_m.len() < elements {
-            self.delta_m.resize(elements, 0.0);
+        let eights = window.columns as usize * self.column_eights();
+        if self.delta_m.len() < eights {
+            self.delta_m.resize(eights, [0.0; LANES]);
         }
         self.spans.clear();
         self.spans.resize(window.columns as usize, 0..0);
     }
 
-    /// Takes `rows` of a column for those that may be displaced, and gives them to be written, every one.
-    #[inline]
-    pub(super) fn narrow(&mut self, local: usize, rows: Range<usize>) -> &mut [f32] {
-        let (start, end) = (rows.start.min(self.window.rows as usize), rows.end.min(self.window.rows as usize));
-        self.spans[local] = start as u32..end as u32;
-        &mut self.column_mut(local as u32)[start..end]
+    /// Eights that a column takes.
+    const fn column_eights(&self) -> usize {
+        (self.window.rows as usize).div_ceil(LANES)
+    }
+
+    /// Takes eights of a column for those that may be displaced, and gives them to be written, every one.
+    #[inline(always)]
+    pub(super) fn narrow(&mut self, local: usize, eights: Range<usize>) -> &mut [[f32; LANES]] {
+        let end = ((eights.end * LANES) as u32).min(self.window.rows);
+        self.spans[local] = (eights.start * LANES) as u32..end;
+        let start = local * self.column_eights();
+        &mut self.delta_m[start + eights.start..start + eights.end]
     }
 
     /// The rows of the window's column `local` that may be displaced, and their displacements, m.
@@ -235,36 +241,20 @@ impl Footprint {
     pub fn span(&self, local: u32) -> (Range<usize>, &[f32]) {
         let Range { start, end } = self.spans[local as usize];
         let rows = start as usize..end as usize;
-        (rows.clone(), &self.delta_m[local as usize * self.window.rows as usize..][rows])
+        (rows.clone(), &self.column(local)[rows])
     }
 
     /// The same, to be changed.
     pub(super) fn span_mut(&mut self, local: u32) -> (Range<usize>, &mut [f32]) {
         let Range { start, end } = self.spans[local as usize];
         let rows = start as usize..end as usize;
-        (rows.clone(), &mut self.delta_m[local as usize * self.window.rows as usize..][rows])
-    }
-
-    /// Takes more rows of a column for such as may be displaced; those that it did not have begin with no displacement.
-    #[inline(always)]
-    fn reach(&mut self, local: u32, rows: Range<usize>) {
-        let span = &mut self.spans[local as usize];
-        let had = span.start as usize..span.end as usize;
-        if had.start <= rows.start && rows.end <= had.end {
-            return;
-        }
-        let had = if had.is_empty() { rows.start..rows.start } else { had };
-        let all = had.start.min(rows.start)..had.end.max(rows.end);
-        *span = all.start as u32..all.end as u32;
-        let column = self.column_mut(local);
-        column[all.start..had.start].fill(0.0);
-        column[had.end..all.end].fill(0.0);
+        (rows.clone(), &mut self.column_mut(local)[rows])
     }
 
     /// All displacements of the window's column `local` in a footprint that was [`Footprint::reset`], foot to rim, m.
     pub(super) fn column(&self, local: u32) -> &[f32] {
-        let rows = self.window.rows as usize;
-        &self.delta_m[local as usize * rows..][..rows]
+        let start = local as usize * self.column_eights();
+        &self.delta_m[start..].as_flattened()[..self.window.rows as usize]
     }
 
     /// The elements it covers.
@@ -273,53 +263,14 @@ impl Footprint {
         self.window
     }
 
-    /// Presses a column of the contact into a rim, of which its elements keep a share; the window must cover them.
-    #[inline(always)]
-    pub(super) fn press_in<S: Simd>(&mut self, simd: S, shape: GridShape, column: &Column, pushes: &[Push]) {
-        self.each_eight(
-            simd,
-            shape,
-            column,
-            pushes,
-            #[inline(always)]
-            |push, rim| rim * push.rising.on(simd) + push.delta_m.on(simd),
-        );
-    }
-
-    /// Writes `share` of the penetration wherever the tool touches; the window must cover it.
+    /// Writes `share` of the penetration wherever the tool touches; the window must cover it from a whole eight on.
     #[inline(always)]
     pub(super) fn write<S: Simd>(&mut self, simd: S, shape: GridShape, stretch: &Stretch<'_>, share: f32) {
-        self.each_eight(
-            simd,
-            shape,
-            stretch.column,
-            stretch.chunks,
-            #[inline(always)]
-            |chunk: &Chunk, _| chunk.penetration_m.on(simd) * share,
-        );
-    }
-
-    /// Makes anew what stands in a column, eight by eight.
-    #[inline(always)]
-    fn each_eight<S: Simd, T>(
-        &mut self,
-        simd: S,
-        shape: GridShape,
-        column: &Column,
-        by: &[T],
-        made: impl Fn(&T, f32x8<S>) -> f32x8<S>,
-    ) {
-        let Some(local) = self.window.local_column(shape, column.column) else { return };
-        let start = (column.first_row - self.window.first_row) as usize;
-        let end = (start + by.len() * LANES).min(self.window.rows as usize);
-        self.reach(local, start..end);
-        let (deltas, last) = self.column_mut(local)[start..].as_chunks_mut::<LANES>();
-        for (lanes, of) in deltas.iter_mut().zip(by) {
-            *lanes = made(of, f32x8::load_array_ref(simd, lanes)).to_array();
-        }
-        if let Some(of) = by.get(deltas.len()) {
-            let lanes = made(of, load(simd, last)).to_array();
-            last.copy_from_slice(&lanes[..last.len()]);
+        let Some(local) = self.window.local_column(shape, stretch.column.column) else { return };
+        let start = local as usize * self.column_eights();
+        let first = (stretch.column.first_row - self.window.first_row) as usize / LANES;
+        for (delta_m, chunk) in self.delta_m[start + first..].iter_mut().zip(stretch.chunks) {
+            *delta_m = (chunk.penetration_m.on(simd) * share).to_array();
         }
     }
 
@@ -329,7 +280,7 @@ impl Footprint {
     /// # Panics
     /// When the window has no such column.
     pub fn column_mut(&mut self, local: u32) -> &mut [f32] {
-        let rows = self.window.rows as usize;
-        &mut self.delta_m[local as usize * rows..][..rows]
+        let start = local as usize * self.column_eights();
+        &mut self.delta_m[start..].as_flattened_mut()[..self.window.rows as usize]
     }
 }

@@ -67,13 +67,40 @@ impl<'a, S: Simd> Slices<'a, S> {
 
     /// For each half-plane a side that crosses it, from `side` on and from one to the next, as far as there are any; they follow
     /// each other ahead, towards rising angle, or behind.
+    #[inline(always)]
     pub(super) fn crossings(&self, mut side: u16, count: usize, is_ahead: bool) -> [Option<u16>; LANES] {
         let mut found = [None; LANES];
-        for (lane, found) in found.iter_mut().enumerate().take(count) {
+        let mut lane = 0;
+        while lane < count {
             let Some(crossing) = self.beside(lane, side, is_ahead).or_else(|| self.crossing(lane, side)) else { break };
-            (side, *found) = (crossing, Some(crossing));
+            found[lane] = Some(crossing);
+            lane += 1;
+            if crossing != side && crossing != self.tool.twin(side) {
+                side = crossing;
+                continue;
+            }
+            // a side that crosses two often crosses more
+            let [up, down] = self.crossed_by(side);
+            while lane < count && (up | down) >> lane & 1 > 0 {
+                found[lane] = Some(if up >> lane & 1 > 0 { side } else { self.tool.twin(side) });
+                lane += 1;
+            }
         }
         found
+    }
+
+    /// The half-planes that a side crosses towards s > 0, and those that it crosses the other way, lane by lane in a bit each.
+    #[inline(always)]
+    fn crossed_by(&self, side: u16) -> [u32; 2] {
+        let [x, y, z, centre] = &self.axes;
+        // written out: a closure would be a function of its own
+        let [from, to] =
+            [self.tool.origin(side), self.tool.end(side)].map(|corner| self.tool.corners_m()[usize::from(corner)]);
+        let from = (x[0] * from.x + y[0] * from.y) + (z[0] * from.z + centre[0]);
+        let to = (x[0] * to.x + y[0] * to.y) + (z[0] * to.z + centre[0]);
+        let zero = splat(self.simd, 0.0);
+        let (from, to) = (from.simd_gt(zero).to_bitmask() as u32, to.simd_gt(zero).to_bitmask() as u32);
+        [to & !from, from & !to]
     }
 
     /// Sides that cross the half-planes, each found from one of its own.
@@ -241,22 +268,8 @@ impl<'a, S: Simd> Slices<'a, S> {
         outline.note(middle, begun, self.rows_below(begun[1]), u32x8::load_array(simd, above));
         let mut up = Going::new(simd, above, ends, begun, walks);
         let mut down = Going::new(simd, sides.map(u32::from), ends, begun, walks);
-        // both at once, since each waits for its own last step
-        let mut step = 0;
-        while step < middle && (step == 0 || (up.goes() && down.goes())) {
-            step += 1;
-            self.go::<true>(&mut up, step, outline);
-            self.go::<false>(&mut down, step, outline);
-        }
-        for step in step + 1..=middle {
-            if up.goes() {
-                self.go::<true>(&mut up, step, outline);
-            } else if down.goes() {
-                self.go::<false>(&mut down, step, outline);
-            } else {
-                break;
-            }
-        }
+        self.go_on::<true>(&mut up, outline);
+        self.go_on::<false>(&mut down, outline);
         let slack = splat(simd, self.slack_rows);
         let extends = (up.outermost - begun[1]).simd_gt(slack) | (begun[1] - down.outermost).simd_gt(slack);
         let extends = (extends & walks).to_bitmask();
@@ -268,7 +281,18 @@ impl<'a, S: Simd> Slices<'a, S> {
         })
     }
 
-    /// Goes on to the next sides, up or down, in all half-planes of which anything more is wanted.
+    /// Goes on to the next sides, up or down, for as long as anything more is wanted in any half-plane.
+    #[inline(always)]
+    fn go_on<const UP: bool>(&self, going: &mut Going<S>, outline: &mut Outline) {
+        for step in 1..=outline.middle() {
+            self.go::<UP>(going, step, outline);
+            if !going.goes() {
+                break;
+            }
+        }
+    }
+
+    /// Goes through the next sides into facets, and notes where the sides that lead out of them cross the half-planes.
     #[inline(always)]
     fn go<const UP: bool>(&self, going: &mut Going<S>, step: usize, outline: &mut Outline) {
         let simd = self.simd;

@@ -11,7 +11,7 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 
 use super::ConvexTool;
 use super::outline::{Outline, Slices};
-use crate::lanes::{LANES, Simd, Vectors, with_vectors};
+use crate::lanes::{LANES, Simd, Vectors, root, with_vectors};
 
 /// Where a tool is held, and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -223,13 +223,13 @@ impl Sections {
         let Some((side, first)) = cut.nearest() else { return };
         let columns = lattice.directions.len();
         let mut ahead = Search { side, is_found: false, is_ahead: true, begun: None };
-        let visited = self.side_by_side(simd, &cut, &mut ahead, Ring { first, step: 1, count: columns });
+        let visited = self.side_by_side(simd, &cut, &mut ahead, Ring { first, is_ahead: true, count: columns });
         // the columns in reach stand side by side: behind the first one only if it is one of them, or none ahead is
         let (side, is_found) = ahead.begun.unwrap_or((side, false));
         let mut visited_behind = 0;
         if is_found || !ahead.is_found {
             let mut behind = Search { side, is_found, is_ahead: false, begun: None };
-            let ring = Ring { first: first + columns - 1, step: columns - 1, count: columns - visited };
+            let ring = Ring { first: (first + columns - 1) % columns, is_ahead: false, count: columns - visited };
             visited_behind = self.side_by_side(simd, &cut, &mut behind, ring);
         }
         self.columns = ((first + columns - visited_behind) % columns, visited + visited_behind);
@@ -444,16 +444,19 @@ struct Search {
     begun: Option<(u16, bool)>,
 }
 
-/// Columns round the axis: the first, how far it is from one to the next, and how many.
+/// Columns round the axis: the first, to which side they follow it, and how many.
 struct Ring {
     first: usize,
-    step: usize,
+    is_ahead: bool,
     count: usize,
 }
 
 impl Ring {
+    /// A column by its number. It is seldom more than there are, and a division would take longer than all the rest.
     fn column(&self, number: usize, columns: usize) -> usize {
-        (self.first + number * self.step) % columns
+        let number = if number < columns { number } else { number % columns };
+        let column = if self.is_ahead { self.first + number } else { self.first + columns - number };
+        if column < columns { column } else { column - columns }
     }
 }
 
@@ -533,7 +536,7 @@ impl<'a> Cut<'a> {
         }
         // the whole tool lies beyond the plane through its innermost corner that way
         let innermost = tool.climb(side, self.in_tool(-nearest.x, -nearest.y));
-        let distance_m = libm::sqrtf(nearest.length_squared());
+        let distance_m = root(nearest.length_squared());
         if place(tool.origin(innermost)).dot(nearest) > self.reach_m * distance_m {
             return None;
         }
