@@ -23,7 +23,8 @@ fn main() -> Result<(), ConvexError> {
     let directions: Vec<Vec2> =
         (0..COLUMNS).map(|column| Vec2::from_angle(column as f32 * std::f32::consts::TAU / COLUMNS as f32)).collect();
     let lattice = Lattice { directions: &directions, rows: ROWS, row_height_m: ROW_HEIGHT_M };
-    let ball = |subdivisions| rack::ball(subdivisions, Metres::from_mm(12.0));
+    let ball_of = |subdivisions, radius_mm| rack::ball(subdivisions, Metres::from_mm(radius_mm));
+    let ball = |subdivisions| ball_of(subdivisions, 12.0);
     // flat to the clay, with its long side round the pot
     let lying = Quat::from_xyzw(1.0, 0.0, 1.0, 0.0);
     let tilted = Quat::from_xyzw(0.1, 0.2, 0.3, 0.9);
@@ -43,14 +44,25 @@ fn main() -> Result<(), ConvexError> {
         }
     }
     println!(
-        "\nmethod   tool     elements step_ns_p50 step_ns_p99 sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
+        "\nmethod   tool           elements step_ns_p50 step_ns_p99 sphere_mm sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
     );
-    let tools: Arc<[ConvexTool]> =
-        [rack::rib()?, rack::blade()?, rack::knuckle()?, rack::loop_end()?, ball(3)?, ball(4)?].into();
+    let tools = [
+        ("rib", rack::rib()?, 12.0),
+        ("blade", rack::blade()?, 12.0),
+        ("knuckle", rack::knuckle()?, 12.0),
+        ("loop", rack::loop_end()?, 12.0),
+        ("ball(2)", ball(2)?, 12.0),
+        ("ball(3)", ball(3)?, 12.0),
+        ("ball(3) 16 mm", ball_of(3, 16.0)?, 16.0),
+        ("ball(3) 20 mm", ball_of(3, 20.0)?, 20.0),
+        ("ball(3) 25 mm", ball_of(3, 25.0)?, 25.0),
+        ("ball(4)", ball(4)?, 12.0),
+    ];
+    let rack: Arc<[ConvexTool]> = tools.iter().map(|(_, tool, _)| tool.clone()).collect();
     for method in [MethodKind::Original, MethodKind::Plastic] {
-        for (number, name) in ["rib", "blade", "knuckle", "loop", "ball(3)", "ball(4)"].into_iter().enumerate() {
+        for (number, (name, _, sphere_mm)) in tools.iter().enumerate() {
             for wanted in [300, 1000] {
-                steps(method, name, (&tools, number), wanted);
+                steps(method, name, (&rack, number), *sphere_mm, wanted);
             }
         }
     }
@@ -58,12 +70,12 @@ fn main() -> Result<(), ConvexError> {
 }
 
 /// Whole steps with a tool of facets and with a sphere in turn, each on its own pot that turns under it.
-fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, usize), wanted: u32) {
+fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, usize), sphere_mm: f32, wanted: u32) {
     let mut pots = [0, 1].map(|_| Pot::new(PotSpec::default()).expect("the default pot can be made"));
     let shape = pots[0].spec().shape;
     let mut substep = SubStep::with_rack(shape, Arc::clone(tools));
     let facets = Tool::Convex(Shape(number as u8));
-    let sphere = Tool::Sphere(Sphere::default());
+    let sphere = Tool::Sphere(Sphere::new(Metres::from_mm(sphere_mm)).expect("the tool is in range"));
     // a rib presses with its straight edge upright, a hair tilted
     let tilted = Quat::from_xyzw(0.02, 0.03, -0.7, 0.7);
     let held = |tool: Tool, step: usize, distance_m: f32| {
@@ -97,7 +109,7 @@ fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, u
         [times[PRESSES / 2], times[PRESSES * 99 / 100]]
     });
     println!(
-        "{:<8} {name:<8} {:>8} {:>11} {:>11} {:>15} {:>13} {:>13} {:>9.2}",
+        "{:<8} {name:<14} {:>8} {:>11} {:>11} {sphere_mm:>9} {:>15} {:>13} {:>13} {:>9.2}",
         format!("{method:?}"),
         elements[0],
         own[0],
