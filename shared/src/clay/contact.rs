@@ -421,7 +421,8 @@ impl Contacts {
             let [cos, sin, along_m, aside_m] = [cos, sin, along_m, aside_m].map(|lanes| lanes.to_array());
             let half_chord_m2 = half_chord_m2.to_array();
             for lane in 0..LANES.min((window.columns - local) as usize) {
-                if half_chord_m2[lane] <= 0.0 {
+                // the tool passes the column by, or what there is of its rows
+                if half_chord_m2[lane] <= 0.0 || first[lane] == end[lane] {
                     continue;
                 }
                 let chunks = first[lane] as u32..end[lane] as u32;
