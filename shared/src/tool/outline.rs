@@ -67,40 +67,63 @@ impl<'a, S: Simd> Slices<'a, S> {
 
     /// For each half-plane a side that crosses it, from `side` on and from one to the next, as far as there are any; they follow
     /// each other ahead, towards rising angle, or behind.
+    ///
+    /// It goes over the facets at the height of `side`, and where that leads nowhere it climbs.
     #[inline(always)]
     pub(super) fn crossings(&self, mut side: u16, count: usize, is_ahead: bool) -> [Option<u16>; LANES] {
         let mut found = [None; LANES];
-        let mut lane = 0;
+        let (mut at, [mut from, mut to], [mut from_height, mut to_height]) = self.set_out(side, is_ahead);
+        let (mut lane, mut facets) = (0, 0);
+        let mut height = 0.5 * (from_height + to_height);
         while lane < count {
-            let Some(crossing) = self.beside(lane, side, is_ahead).or_else(|| self.crossing(lane, side)) else { break };
-            found[lane] = Some(crossing);
-            lane += 1;
-            if crossing != side && crossing != self.tool.twin(side) {
-                side = crossing;
-                continue;
-            }
-            // a side that crosses two often crosses more
-            let [up, down] = self.crossed_by(side);
-            while lane < count && (up | down) >> lane & 1 > 0 {
-                found[lane] = Some(if up >> lane & 1 > 0 { side } else { self.tool.twin(side) });
-                lane += 1;
+            let (is_from, is_to) = (from >> lane & 1 > 0, to >> lane & 1 > 0);
+            if is_from != is_to {
+                side = if is_to { at } else { self.tool.twin(at) };
+                found[lane] = Some(side);
+                height = 0.5 * (from_height + to_height);
+                (lane, facets) = (lane + 1, 0);
+            } else if is_from == is_ahead || facets == Self::BESIDE_MAX {
+                // past the plane, or round the tool
+                let Some(crossing) = self.crossing(lane, side) else { break };
+                (at, [from, to], [from_height, to_height]) = self.set_out(crossing, is_ahead);
+                facets = 0;
+            } else {
+                let link = self.tool.link(at);
+                let apex = self.beyond(link.apex);
+                // the apex takes the place of the end on its own side of that height
+                let apex_height = self.part(0, 2, link.apex);
+                let is_above = (apex_height > height) != is_ahead;
+                (from, to) = if is_above { (apex, to) } else { (from, apex) };
+                (from_height, to_height) = if is_above { (apex_height, to_height) } else { (from_height, apex_height) };
+                at = link.onward[usize::from(is_above)];
+                facets += 1;
             }
         }
         found
     }
 
-    /// The half-planes that a side crosses towards s > 0, and those that it crosses the other way, lane by lane in a bit each.
+    /// A side seen so that its facet lies ahead (or behind), of its ends the half-planes that they are beyond, and its height in rows.
     #[inline(always)]
-    fn crossed_by(&self, side: u16) -> [u32; 2] {
+    fn set_out(&self, side: u16, is_ahead: bool) -> (u16, [u32; 2], [f32; 2]) {
+        let tool = self.tool;
+        let [from, to] = [tool.origin(side), tool.end(side)];
+        let [from_height, to_height] = [self.part(0, 2, from), self.part(0, 2, to)];
+        let ends = [self.beyond(from), self.beyond(to)];
+        // the facet that a side belongs to is to its left, and ahead is to the left of what goes up
+        if (from_height < to_height) == is_ahead {
+            (side, ends, [from_height, to_height])
+        } else {
+            (tool.twin(side), [ends[1], ends[0]], [to_height, from_height])
+        }
+    }
+
+    /// The half-planes that a corner is beyond, s > 0, in a bit each.
+    #[inline(always)]
+    fn beyond(&self, corner: u16) -> u32 {
         let [x, y, z, centre] = &self.axes;
-        // written out: a closure would be a function of its own
-        let [from, to] =
-            [self.tool.origin(side), self.tool.end(side)].map(|corner| self.tool.corners_m()[usize::from(corner)]);
-        let from = (x[0] * from.x + y[0] * from.y) + (z[0] * from.z + centre[0]);
-        let to = (x[0] * to.x + y[0] * to.y) + (z[0] * to.z + centre[0]);
-        let zero = splat(self.simd, 0.0);
-        let (from, to) = (from.simd_gt(zero).to_bitmask() as u32, to.simd_gt(zero).to_bitmask() as u32);
-        [to & !from, from & !to]
+        let corner = self.tool.corners_m()[usize::from(corner)];
+        let aside = (x[0] * corner.x + y[0] * corner.y) + (z[0] * corner.z + centre[0]);
+        aside.simd_gt(splat(self.simd, 0.0)).to_bitmask() as u32
     }
 
     /// Sides that cross the half-planes, each found from one of its own.
@@ -114,33 +137,6 @@ impl<'a, S: Simd> Slices<'a, S> {
         let corner = self.tool.corners_m()[usize::from(corner)];
         let [x, y, z, centre] = &self.lanes;
         (x[what][lane] * corner.x + y[what][lane] * corner.y) + (z[what][lane] * corner.z + centre[what][lane])
-    }
-
-    /// As [`Slices::crossing`], by going over the facets aside of `side` at its own height; none when that leads nowhere.
-    fn beside(&self, lane: usize, side: u16, is_ahead: bool) -> Option<u16> {
-        let tool = self.tool;
-        let see = |corner: u16| (self.part(lane, 0, corner), self.part(lane, 2, corner));
-        let ((from, from_height), (to, to_height)) = (see(tool.origin(side)), see(tool.end(side)));
-        match (from > 0.0, to > 0.0) {
-            (false, true) => return Some(side),
-            (true, false) => return Some(tool.twin(side)),
-            // past the plane
-            (is_past, _) if is_past == is_ahead => return None,
-            _ => {}
-        }
-        let height = 0.5 * (from_height + to_height);
-        // the facet that a side belongs to is to its left, and ahead is to the left of what goes up
-        let mut at = if (from_height < to_height) == is_ahead { side } else { tool.twin(side) };
-        for _ in 0..Self::BESIDE_MAX {
-            let link = tool.link(at);
-            let (aside, apex_height) = see(link.apex);
-            if (aside > 0.0) == is_ahead {
-                return Some(link.onward[usize::from(!is_ahead)]);
-            }
-            // the apex takes the place of the end on its own side of that height
-            at = link.onward[usize::from((apex_height > height) != is_ahead)];
-        }
-        None
     }
 
     /// A side that crosses a plane from s ≤ 0 to s > 0, found from `side` on; none when the plane passes the tool by.
