@@ -143,7 +143,9 @@ impl Lathe {
         turned_rad: f32,
         changed: impl FnMut(Window),
     ) -> Option<Contact> {
-        self.path.note(press, turned_rad);
+        // read back from where its parts were written one by one, it would be waited for
+        let at_m = at_m(press);
+        self.path.note(press, at_m, turned_rad);
         if self.is_turning() {
             if self.must_leave(press) {
                 self.leave(surface, changed);
@@ -155,7 +157,7 @@ impl Lathe {
         if !self.pending.is_like(press) {
             self.flush();
         }
-        self.pending.add(press, self.path.at_m, turned_rad);
+        self.pending.add(press, at_m, turned_rad);
         if self.pending.turned_rad.abs() >= Self::STRIDE_RAD {
             self.flush();
             if !self.take_in_reach(surface, press) {
@@ -196,6 +198,7 @@ impl Lathe {
 
     /// Whether the profile in force has to be left: the error is estimated above the bound, or the tool is in the air.
     #[must_use]
+    #[inline(always)]
     pub fn must_leave(&self, press: &Press) -> bool {
         let touches = press.tool.sphere().is_some_and(|it| self.path.at_m[1] - it.radius().0 < self.widest_m);
         // written so that what is not a number leaves
@@ -278,7 +281,7 @@ impl Lathe {
         let angle_rad = libm::atan2f(press.centre_m.y, press.centre_m.x);
         let column = shape.wrap(libm::roundf(angle_rad / shape.column_angle_rad()) as i64);
         let (first, end) = self.beside(surface, press);
-        surface.column_m(column)[first..end].iter().copied().fold(0.0, f32::max)
+        widest(&surface.column_m(column)[first..end])
     }
 
     /// Rows beside a tool.
@@ -304,7 +307,7 @@ impl Lathe {
         }
         self.rows = if low < high { (low.min(first), high.max(end)) } else { (first, end) };
         let (from, to) = self.beside(surface, press);
-        self.widest_m = self.profile.radii_m[from..to].iter().copied().fold(0.0, f32::max);
+        self.widest_m = widest(&self.profile.radii_m[from..to]);
         self.costs = self.costs(press, self.widest_m);
         true
     }
@@ -363,8 +366,9 @@ impl Lathe {
             turns: pending.turned_rad.abs() / TAU,
         };
         self.contact = self.profile.advance(&self.law, &pass);
-        let (across, force) = (libm::hypotf(like.centre_m.x, like.centre_m.y), self.contact.force_n);
-        let (cos, sin) = (like.centre_m.x / across, like.centre_m.y / across);
+        let ([x, y], force) = (pending.place_m, self.contact.force_n);
+        let across = libm::hypotf(x, y);
+        let (cos, sin) = (x / across, y / across);
         let along = force.y * pending.turned_rad.signum();
         self.contact.force_n.x = force.x * cos - along * sin;
         self.contact.force_n.y = force.x * sin + along * cos;
@@ -376,10 +380,34 @@ fn radius_m(press: &Press) -> f32 {
     press.tool.sphere().map_or(0.0, |sphere| sphere.radius().0)
 }
 
-/// Ticks of a tool that the profile has not seen yet.
+/// The largest of some radii, m; eight by eight, or each would wait for the one before.
+fn widest(radii_m: &[f32]) -> f32 {
+    let larger = |a: f32, b: f32| if b > a { b } else { a };
+    let (eights, rest) = radii_m.as_chunks::<LANES>();
+    let mut most = [0.0; LANES];
+    for eight in eights {
+        for (most, &radius_m) in most.iter_mut().zip(eight) {
+            *most = larger(*most, radius_m);
+        }
+    }
+    most.into_iter().chain(rest.iter().copied()).fold(0.0, larger)
+}
+
+/// Height of a tool and its distance from the axis, m.
+fn at_m(press: &Press) -> [f32; 2] {
+    let centre_m = press.centre_m;
+    [centre_m.z, libm::sqrtf(centre_m.x * centre_m.x + centre_m.y * centre_m.y)]
+}
+
+/// Ticks of a tool that the profile has not seen yet: the first of them, and what has come together since.
+///
+/// What changes with every tick lies in one line of the cache: what crosses two is waited for.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 struct Pending {
     like: Option<Press>,
+    /// Where the last one is across the axis, m.
+    place_m: [f32; 2],
     ticks: u32,
     turned_rad: f32,
     distance_m: f32,
@@ -387,6 +415,7 @@ struct Pending {
 }
 
 impl Pending {
+    #[inline(always)]
     fn is_like(&self, press: &Press) -> bool {
         self.like.is_none_or(|like| {
             like.tool == press.tool
@@ -396,8 +425,12 @@ impl Pending {
         })
     }
 
+    #[inline(always)]
     fn add(&mut self, press: &Press, [z_m, distance_m]: [f32; 2], turned_rad: f32) {
-        self.like = Some(*press);
+        if self.like.is_none() {
+            self.like = Some(*press);
+        }
+        self.place_m = [press.centre_m.x, press.centre_m.y];
         self.ticks += 1;
         self.turned_rad += turned_rad;
         self.distance_m += distance_m;
@@ -407,6 +440,7 @@ impl Pending {
 
 /// How a tool went in the turn before this one, and in this one so far.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 struct Path {
     /// Height and distance from the axis, m.
     at_m: [f32; 2],
@@ -420,35 +454,38 @@ struct Path {
 }
 
 impl Path {
-    fn note(&mut self, press: &Press, turned_rad: f32) {
-        let centre_m = press.centre_m;
-        self.at_m = [centre_m.z, libm::sqrtf(centre_m.x * centre_m.x + centre_m.y * centre_m.y)];
-        self.place_m = [centre_m.x, centre_m.y];
+    #[inline(always)]
+    fn note(&mut self, press: &Press, at_m: [f32; 2], turned_rad: f32) {
+        self.at_m = at_m;
+        self.place_m = [press.centre_m.x, press.centre_m.y];
         let turns_on = turned_rad * self.step_rad > 0.0;
         self.step_rad = turned_rad;
         if !turns_on {
             // another way round, or at a stand: nothing is known
             (self.turned_rad, self.before_m) = (0.0, None);
-            (self.low_m, self.high_m) = (self.at_m, self.at_m);
+            (self.low_m, self.high_m) = (at_m, at_m);
             return;
         }
         self.turned_rad += turned_rad.abs();
-        for (number, at_m) in self.at_m.into_iter().enumerate() {
-            self.low_m[number] = self.low_m[number].min(at_m);
-            self.high_m[number] = self.high_m[number].max(at_m);
+        for (number, at_m) in at_m.into_iter().enumerate() {
+            let (low_m, high_m) = (&mut self.low_m[number], &mut self.high_m[number]);
+            *low_m = if at_m < *low_m { at_m } else { *low_m };
+            *high_m = if at_m > *high_m { at_m } else { *high_m };
         }
         if self.turned_rad >= TAU {
             self.turned_rad -= TAU;
             self.before_m = Some(self.range_m());
-            (self.low_m, self.high_m) = (self.at_m, self.at_m);
+            (self.low_m, self.high_m) = (at_m, at_m);
         }
     }
 
+    #[inline(always)]
     fn range_m(&self) -> [f32; 2] {
         [self.high_m[0] - self.low_m[0], self.high_m[1] - self.low_m[1]]
     }
 
     /// Estimated error of a profile; infinite before a whole turn is known.
+    #[inline(always)]
     fn error(&self, costs: Option<[f32; 2]>) -> f32 {
         let (Some(before_m), Some([by_pitch, by_change])) = (self.before_m, costs) else { return f32::INFINITY };
         let now_m = self.range_m();

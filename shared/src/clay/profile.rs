@@ -222,16 +222,17 @@ impl Profile {
         for at in rows.eights() {
             let (above_m, chord_m2) = rows.at(simd, at);
             let lead = eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at);
-            let (rises, after) = (eight(simd, &self.inside_m[0], at), eight(simd, &self.inside_m[1], at));
-            let trail = lead + rises + after - eight(simd, &self.pressed_m, at);
             let before = edge_rad(lead, chord_m2, pass.distance_m);
-            let behind = only(positive(before), edge_rad(trail, chord_m2, pass.distance_m));
             put(&mut self.before_rad, at, before);
-            put(&mut self.behind_rad, at, behind);
-            let angle = before + behind;
-            if !positive(angle).any_true() {
+            if !positive(before).any_true() {
+                put(&mut self.behind_rad, at, splat(simd, 0.0));
                 continue;
             }
+            let (rises, after) = (eight(simd, &self.inside_m[0], at), eight(simd, &self.inside_m[1], at));
+            let trail = lead + rises + after - eight(simd, &self.pressed_m, at);
+            let behind = only(positive(before), edge_rad(trail, chord_m2, pass.distance_m));
+            put(&mut self.behind_rad, at, behind);
+            let angle = before + behind;
             let radius = (lead + trail) * 0.5;
             let weight = angle * radius;
             let above = only(positive(before), above_m);
@@ -373,7 +374,13 @@ impl Profile {
             let risen_before = eight(simd, &self.lead_m, at);
             let (under_before, under_behind) = (eight(simd, &self.inside_m[0], at), eight(simd, &self.inside_m[1], at));
             let risen = (risen_before + eight(simd, &self.fall_m, at)) + (under_before + under_behind);
-            let fall = eight(simd, &self.pressed_m, at) - risen;
+            let pressed = eight(simd, &self.pressed_m, at);
+            if !(positive(risen) | positive(pressed)).any_true() {
+                // nothing moves, and it falls no more
+                put(&mut self.fall_m, at, splat(simd, 0.0));
+                continue;
+            }
+            let fall = pressed - risen;
             let (before, behind) = (eight(simd, &self.before_rad, at), eight(simd, &self.behind_rad, at));
             // what is pressed comes to rest as its depth goes: half of that change belongs to this pass
             let slower = gives_way((before + behind) * pass.rate_per_rad) * (0.5 * pass.turns) + 1.0;

@@ -15,7 +15,8 @@ use crate::tool::{ConvexError, ConvexTool};
 
 /// Most tools that are brought to one wheel.
 pub const BROUGHT_MAX: usize = 12;
-/// Most triangles of a tool that is brought: those that press in less than twice the sphere's time a step.
+/// Most triangles of a tool that is brought: a ball of so many presses in two to three spheres' time a step, one of four times as many in
+/// three to four.
 pub const BROUGHT_TRIANGLES_MAX: usize = 1280;
 
 /// Why a tool cannot be brought to a wheel.

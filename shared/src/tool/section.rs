@@ -534,11 +534,13 @@ impl<'a> Cut<'a> {
                 None => break,
             }
         }
-        // the whole tool lies beyond the plane through its innermost corner that way
-        let innermost = tool.climb(side, self.in_tool(-nearest.x, -nearest.y));
         let distance_m = root(nearest.length_squared());
-        if place(tool.origin(innermost)).dot(nearest) > self.reach_m * distance_m {
-            return None;
+        if distance_m > self.reach_m {
+            // the whole tool lies beyond the plane through its innermost corner that way
+            let innermost = tool.climb(side, self.in_tool(-nearest.x, -nearest.y));
+            if place(tool.origin(innermost)).dot(nearest) > self.reach_m * distance_m {
+                return None;
+            }
         }
         // beside the axis a direction is chance; the column through the tool's centre crosses it in any case
         let towards = if distance_m > AXIS_M { nearest } else { self.centre_m.truncate() };
