@@ -366,7 +366,7 @@ impl Lathe {
             turns: pending.turned_rad.abs() / TAU,
         };
         self.contact = self.profile.advance(&self.law, &pass);
-        let ([x, y], force) = (pending.place_m, self.contact.force_n);
+        let ([x, y], force) = (self.path.place_m, self.contact.force_n);
         let across = libm::hypotf(x, y);
         let (cos, sin) = (x / across, y / across);
         let along = force.y * pending.turned_rad.signum();
@@ -406,8 +406,6 @@ fn at_m(press: &Press) -> [f32; 2] {
 #[repr(align(64))]
 struct Pending {
     like: Option<Press>,
-    /// Where the last one is across the axis, m.
-    place_m: [f32; 2],
     ticks: u32,
     turned_rad: f32,
     distance_m: f32,
@@ -430,7 +428,6 @@ impl Pending {
         if self.like.is_none() {
             self.like = Some(*press);
         }
-        self.place_m = [press.centre_m.x, press.centre_m.y];
         self.ticks += 1;
         self.turned_rad += turned_rad;
         self.distance_m += distance_m;
@@ -468,9 +465,8 @@ impl Path {
         }
         self.turned_rad += turned_rad.abs();
         for (number, at_m) in at_m.into_iter().enumerate() {
-            let (low_m, high_m) = (&mut self.low_m[number], &mut self.high_m[number]);
-            *low_m = if at_m < *low_m { at_m } else { *low_m };
-            *high_m = if at_m > *high_m { at_m } else { *high_m };
+            self.low_m[number] = self.low_m[number].min(at_m);
+            self.high_m[number] = self.high_m[number].max(at_m);
         }
         if self.turned_rad >= TAU {
             self.turned_rad -= TAU;

@@ -79,14 +79,11 @@ impl<'a, S: Simd> Slices<'a, S> {
             let (is_from, is_to) = (from >> lane & 1 > 0, to >> lane & 1 > 0);
             if is_from != is_to {
                 side = if is_to { at } else { self.tool.twin(at) };
-                found[lane] = Some(side);
-                height = 0.5 * (from_height + to_height);
-                (lane, facets) = (lane + 1, 0);
             } else if is_from == is_ahead || facets == Self::BESIDE_MAX {
                 // past the plane, or round the tool
                 let Some(crossing) = self.crossing(lane, side) else { break };
-                (at, [from, to], [from_height, to_height]) = self.set_out(crossing, is_ahead);
-                facets = 0;
+                side = crossing;
+                (at, [from, to], [from_height, to_height]) = self.set_out(side, is_ahead);
             } else {
                 let link = self.tool.link(at);
                 let apex = self.beyond(link.apex);
@@ -97,12 +94,16 @@ impl<'a, S: Simd> Slices<'a, S> {
                 (from_height, to_height) = if is_above { (apex_height, to_height) } else { (from_height, apex_height) };
                 at = link.onward[usize::from(is_above)];
                 facets += 1;
+                continue;
             }
+            found[lane] = Some(side);
+            height = 0.5 * (from_height + to_height);
+            (lane, facets) = (lane + 1, 0);
         }
         found
     }
 
-    /// A side seen so that its facet lies ahead (or behind), of its ends the half-planes that they are beyond, and its height in rows.
+    /// A side seen so that its facet lies ahead (or behind); of its ends the half-planes that they are beyond, and the heights in rows.
     #[inline(always)]
     fn set_out(&self, side: u16, is_ahead: bool) -> (u16, [u32; 2], [f32; 2]) {
         let tool = self.tool;
