@@ -369,6 +369,17 @@ fn a_pot_that_grew_is_drawn_as_if_anew() {
 }
 
 #[test]
+fn a_renderer_fits_pots_of_its_grid_alone() {
+    let gpu = gpu();
+    let spec = PotSpec { shape: GridShape::new(180, 200).unwrap(), ..PotSpec::default() };
+    let pot = Pot::new(spec).unwrap();
+    let renderer = PotRenderer::new(&gpu, wgpu::TextureFormat::Rgba8UnormSrgb, 1, &pot);
+    let finer = PotSpec { shape: GridShape::new(360, 400).unwrap(), ..spec };
+    let fits = |spec| renderer.fits(&Pot::new(spec).unwrap());
+    assert!(fits(spec) && !fits(finer));
+}
+
+#[test]
 fn the_wheel_head_is_seen_turning() {
     let gpu = gpu();
     let mut renderer =

@@ -92,6 +92,10 @@ impl GridTextures {
         }
     }
 
+    pub(super) const fn shape(&self) -> GridShape {
+        self.shape
+    }
+
     pub(super) const fn radii(&self) -> &wgpu::Texture {
         &self.radii
     }

@@ -4,7 +4,7 @@
 //! (`draw`); nothing is drawn unasked.
 //! Invariant: only the rectangles handed to `upload` travel to the device.
 
-use pottery_shared::clay::{GridShape, Pot, Skin, Window};
+use pottery_shared::clay::{GridShape, Pot, Skin, Surface, Window};
 use pottery_shared::snapshot::Touched;
 
 use super::bends::Bends;
@@ -169,6 +169,12 @@ impl PotRenderer {
     /// Sets the share of width and height that is drawn, above 0 up to 1; what is smaller is enlarged to the picture.
     pub fn set_share(&mut self, share: f32) {
         self.share = share.clamp(0.05, 1.0);
+    }
+
+    /// Whether a pot has the surfaces of the one that it was made for, with their grids.
+    #[must_use]
+    pub fn fits(&self, pot: &Pot) -> bool {
+        self.grids.iter().map(GridTextures::shape).eq(pot.surfaces().iter().map(Surface::shape))
     }
 
     /// Sends the radii of one window of one surface to the device, and nothing else.

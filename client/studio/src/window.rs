@@ -44,7 +44,7 @@ pub(crate) use app::begin_timing;
 use app::{App, Begin};
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
-use looker::Looker;
+use looker::{First, Looker};
 use overlay::Call;
 use panel::Invitation;
 use player::Player;
@@ -165,9 +165,9 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
     }
     let interrupted = interruption(&runtime);
     let means = means(working, (&runtime, endpoint, through), &event_loop, &interrupted);
-    let alone = alone.map(|wheel| (wheel, *detail));
+    let first = alone.map_or(First::Page, |wheel| First::Only(wheel, *detail));
     let keeper = Keeper::open(Preferences::file());
-    let looker = Looker::new(onlooker, alone, &keeper, graphics, event_loop.create_proxy()).with_seats();
+    let looker = Looker::new(onlooker, first, &keeper, graphics, event_loop.create_proxy()).with_seats();
     let (_, failure) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime)?;
     drop(proxy);
     failure.map_or(Ok(Ended::ByPerson), Err)

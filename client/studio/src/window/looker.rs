@@ -75,6 +75,17 @@ struct Seat {
     refusal: Option<String>,
 }
 
+/// What is looked at first.
+#[derive(Clone, Copy)]
+pub(super) enum First {
+    /// All wheels.
+    Page,
+    /// The wheel from which one comes, of which there is a sight already; all of them later on.
+    Wheel(u16),
+    /// Nothing but this wheel, ever.
+    Only(u16, Detail),
+}
+
 /// The window's state.
 pub(super) struct Looker {
     onlooker: Onlooker,
@@ -123,16 +134,20 @@ pub(super) struct Looker {
 }
 
 impl Looker {
-    /// Looks at all wheels, or at `alone` only and so closely.
+    /// Looks on, without a window yet.
     pub(super) fn new(
         onlooker: Onlooker,
-        alone: Option<(u16, Detail)>,
+        first: First,
         keeper: &Keeper,
         graphics: Option<GpuAhead>,
         proxy: EventLoopProxy<Call>,
     ) -> Self {
         let (wheels, spec) = onlooker.look(|watcher, _| (watcher.wheels(), *watcher.pot_spec()));
-        let (alone, close_detail) = alone.map_or((None, Detail::RETOLD), |(wheel, detail)| (Some(wheel), detail));
+        let (close, close_detail) = match first {
+            First::Page => (None, Detail::RETOLD),
+            First::Wheel(wheel) => (Some(wheel), Detail::RETOLD),
+            First::Only(wheel, detail) => (Some(wheel), detail),
+        };
         let now = Instant::now();
         let mut looker = Self {
             onlooker,
@@ -153,8 +168,8 @@ impl Looker {
             first: 1,
             places: Vec::new(),
             target: None,
-            close: alone,
-            is_alone: alone.is_some(),
+            close,
+            is_alone: matches!(first, First::Only(..)),
             is_close_shown: false,
             wish: None,
             seat: Seat::default(),
@@ -168,12 +183,12 @@ impl Looker {
             cursor: Vec2::ZERO,
             failure: None,
         };
-        match alone {
-            Some(wheel) => {
+        match first {
+            First::Only(wheel, detail) => {
                 looker.places = vec![Place::new(wheel, Detail::GALLERY)];
-                looker.onlooker.look(|watcher, now| watcher.watch(wheel, close_detail, now));
+                looker.onlooker.look(|watcher, now| watcher.watch(wheel, detail, now));
             }
-            None => looker.turn_page(0),
+            First::Page | First::Wheel(_) => looker.turn_page(0),
         }
         looker
     }
@@ -237,7 +252,8 @@ impl Looker {
             for place in self.places.iter().filter(|place| !shown.contains(&place.wheel)) {
                 watcher.unwatch(place.wheel);
             }
-            for wheel in shown.clone() {
+            // a small picture of the wheel that is looked at closely would take the place of the close look
+            for wheel in shown.clone().filter(|wheel| Some(*wheel) != self.close) {
                 watcher.watch(wheel, pictures, now);
             }
         });

@@ -257,10 +257,12 @@ impl Stage {
         self.is_coarse
     }
 
-    /// Sends the clay that changed to the device.
+    /// Sends the clay that changed to the device; all of it where the pot that is drawn has another grid.
     pub(super) fn upload(&mut self, pot: &Pot, changed: &Touched) {
-        if let Painter::Pot(painter) = &mut self.painter {
-            painter.upload_changed(pot, changed);
+        match &mut self.painter {
+            Painter::Pot(painter) if painter.fits(pot) => painter.upload_changed(pot, changed),
+            Painter::Pot(_) => self.show_pot(pot),
+            Painter::Gallery(_) => {}
         }
     }
 

@@ -21,7 +21,7 @@ use winit::window::WindowId;
 
 use super::app::{App, Begin, Held, Rates};
 use super::files::Files;
-use super::looker::Looker;
+use super::looker::{First, Looker};
 use super::overlay::Call;
 use crate::arguments::WindowSession;
 use crate::preferences::{Keeper, Preferences};
@@ -234,8 +234,10 @@ impl Visit {
         let Here::Working(app) = std::mem::replace(&mut self.here, Here::Nobody) else { return };
         let (potter, seen) = app.give_up();
         let keeper = Keeper::open(Preferences::file());
-        let mut looker = Looker::new(onlooker, None, &keeper, None, self.means.proxy.clone()).with_seats();
-        looker.go_on(self.means.target.wheel, seen);
+        let wheel = self.means.target.wheel;
+        let first = First::Wheel(wheel);
+        let mut looker = Looker::new(onlooker, first, &keeper, None, self.means.proxy.clone()).with_seats();
+        looker.go_on(wheel, seen);
         self.here = Here::Looking(Box::new(looker));
         self.leave(potter.leave());
     }
