@@ -5,6 +5,7 @@
 
 mod obj;
 mod stl;
+mod thin;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use pottery_shared::tool::{ConvexError, ConvexTool};
 use pottery_shared::units::Metres;
+
+pub use thin::Thinned;
 
 /// Largest file, bytes: eight times what text needs for the most triangles a tool may have.
 pub const FILE_BYTES_MAX: u64 = 48 << 20;

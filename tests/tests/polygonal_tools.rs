@@ -5,6 +5,8 @@
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3, EulerRot, Quat, Vec2, Vec3};
+use pottery_client::tool_file::Thinned;
+use pottery_shared::session::BROUGHT_TRIANGLES_MAX;
 use pottery_shared::tool::rack::{ball, blade, knuckle, loop_end, rib, standard};
 use pottery_shared::tool::{ConvexError, ConvexTool, Extent, Lattice, Pose, Sections, Sides};
 use pottery_shared::units::Metres;
@@ -356,8 +358,10 @@ fn ball_of_facets_presses_as_the_sphere_does() {
         depth_m * 2.0 * PI / COLUMNS as f64 * f64::from(ROW_HEIGHT_M) * 0.06
     };
     // a facet of an icosphere has sides of about 1.1·R/2ⁿ and its middle lies s²/6R inside of its corners
-    for (subdivisions, share) in [(3, 0.02), (4, 0.005)] {
-        let tool = ball(subdivisions, Metres::from_mm(12.0)).unwrap();
+    let radius = Metres::from_mm(12.0);
+    let fine = ball(4, radius).unwrap();
+    let thinned = Thinned::of(&fine, BROUGHT_TRIANGLES_MAX).unwrap().tool;
+    for (subdivisions, tool, share) in [(3, ball(3, radius).unwrap(), 0.02), (4, fine, 0.005), (3, thinned, 0.02)] {
         let side_m = 1.2 * 0.012 / f64::from(1 << subdivisions);
         let sagitta_m = side_m * side_m / (6.0 * 0.012);
         for (turn, z, depth_mm) in [(0.0, 0.1, 2.0), (0.7, 0.05, 1.0), (2.5, 0.123, 4.0), (-3.0, 0.2, 2.0)] {

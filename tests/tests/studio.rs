@@ -9,9 +9,10 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_shared::tool::{Shape, Sphere, Tool};
+use pottery_shared::tool::{Shape, Sphere, Tool, rack};
 use pottery_shared::units::Metres;
 use pottery_tests::display::Display;
 use pottery_tests::programs::{folder, program};
@@ -469,11 +470,20 @@ fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
     let corners = "v 20 0 0\nv -20 0 0\nv 0 20 0\nv 0 -20 0\nv 0 0 20\nv 0 0 -20\n";
     let faces = "f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
     fs::write(&mesh, [corners, faces].concat()).unwrap();
+    // finer than can be shared
+    let fine = out.join("ball.stl");
+    let ball = rack::ball(4, Metres::from_mm(12.0)).unwrap();
+    let facet = |corners: [Vec3; 3]| stl_io::Triangle {
+        normal: stl_io::Normal::new([0.0; 3]),
+        vertices: corners.map(|corner| stl_io::Vertex::new((corner * 1e3).to_array())),
+    };
+    stl_io::write_stl(&mut fs::File::create(&fine).unwrap(), ball.triangles_m().map(facet)).unwrap();
     let recording = out.join("first.csv");
     for (flags, tool) in [
         (vec!["--tool", "rib"], Tool::Convex(Shape::RIB)),
         (vec!["--tool-radius", "20"], Tool::from(Sphere::new(Metres::from_mm(20.0)).unwrap())),
         (vec!["--tool-file", mesh.to_str().unwrap()], Tool::Convex(Shape(4))),
+        (vec!["--tool-file", fine.to_str().unwrap()], Tool::Convex(Shape(4))),
     ] {
         let output = Command::new(program("pottery-studio"))
             .args(["--headless", "--potters", "2", "--seconds", "3", "--out", out.to_str().unwrap()])
@@ -481,7 +491,9 @@ fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
             .args(&flags)
             .output()
             .unwrap();
-        assert!(output.status.success(), "{flags:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{flags:?}: {text}");
+        assert_eq!(text.contains("has 5120 triangles") && text.contains("with 1280"), flags[1].ends_with("ball.stl"));
         let recorded = Stroke::read(&recording).unwrap();
         assert!(recorded.tools().eq([tool]), "{flags:?}");
         assert!(recorded.duration() > 1.0, "{flags:?}: {} s recorded", recorded.duration());

@@ -6,7 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
-use pottery_client::tool_file::{FILE_BYTES_MAX, LineProblem, ToolFileError, ToolFileFault, USUAL_UNIT, read_tool};
+use pottery_client::tool_file::{
+    FILE_BYTES_MAX, LineProblem, Thinned, ToolFileError, ToolFileFault, USUAL_UNIT, read_tool,
+};
+use pottery_shared::session::{BROUGHT_TRIANGLES_MAX, mesh_of};
 use pottery_shared::tool::{ConvexError, ConvexTool, rack};
 use pottery_shared::units::Metres;
 use proptest::prelude::*;
@@ -232,6 +235,82 @@ fn large_file_is_left_before_its_end() {
     fs::File::options().write(true).open(&path).unwrap().set_len(FILE_BYTES_MAX + 1).unwrap();
     let fault = read_tool(&path, USUAL_UNIT).expect_err("it is too large").fault;
     assert!(matches!(fault, ToolFileFault::TooLarge { max: FILE_BYTES_MAX }), "{fault}");
+}
+
+/// A box with so many squares along each side of its faces, mm.
+fn box_of(squares: usize, [x, y, z]: [f32; 3]) -> ConvexTool {
+    let mut triangles_m = Vec::new();
+    let place = |at: usize| at as f32 / squares as f32;
+    for (axis, end) in (0..3).flat_map(|axis| [(axis, 0.0), (axis, 1.0)]) {
+        for (u, v) in (0..squares * squares).map(|at| (at / squares, at % squares)) {
+            let corner = |u: usize, v: usize| {
+                let mut share = Vec3::splat(end);
+                (share[(axis + 1) % 3], share[(axis + 2) % 3]) = (place(u), place(v));
+                share * Vec3::new(x, y, z) * 1e-3
+            };
+            let [mut a, b, mut c, d] = [corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)];
+            if end == 0.0 {
+                (a, c) = (c, a);
+                triangles_m.extend([[a, b, c], [c, d, a]]);
+            } else {
+                triangles_m.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    ConvexTool::new(&triangles_m).unwrap()
+}
+
+/// A pebble: a ball with other measures along its axes, mm.
+fn pebble(subdivisions: u32, measures_mm: Vec3) -> ConvexTool {
+    let ball = rack::ball(subdivisions, Metres::from_mm(10.0)).unwrap();
+    let scaled = |corner: Vec3| corner * measures_mm / 10.0;
+    ConvexTool::new(&ball.triangles_m().map(|triangle| triangle.map(scaled)).collect::<Vec<_>>()).unwrap()
+}
+
+/// How far a tool reaches in a direction, m.
+fn reach_m(tool: &ConvexTool, direction: Vec3) -> f32 {
+    tool.triangles_m().flatten().map(|corner| corner.dot(direction)).fold(f32::MIN, f32::max)
+}
+
+#[test]
+fn a_tool_too_fine_to_be_shared_keeps_its_form() {
+    let directions = rack::ball(2, Metres::from_mm(10.0)).unwrap().normals().to_vec();
+    // triangles of one size on a ball of radius R have sides s with 1280·s²·√3/4 = 4π·R², and lie s²/6R inside of their corners: 0.045
+    // and 0.13 mm. What is thin stays a little thinner, since it is not to become longer
+    for (name, tool, most_mm, share) in [
+        ("ball", pebble(4, Vec3::splat(12.0)), 0.045, 1e-5),
+        ("ball of a fist", pebble(5, Vec3::splat(35.0)), 0.13, 1e-5),
+        ("pebble", pebble(4, Vec3::new(30.0, 12.0, 8.0)), 0.065, 0.006),
+        ("kidney of 1 mm", pebble(4, Vec3::new(50.0, 25.0, 0.5)), 0.02, 0.02),
+    ] {
+        let Thinned { tool: thinner, apart } = Thinned::of(&tool, BROUGHT_TRIANGLES_MAX).unwrap();
+        let volume = thinner.volume_m3() / tool.volume_m3() - 1.0;
+        println!(
+            "{name}: {} to {} triangles, {} mm, {volume}",
+            tool.normals().len(),
+            thinner.normals().len(),
+            apart.as_mm()
+        );
+        assert!(thinner.normals().len() <= BROUGHT_TRIANGLES_MAX && apart.as_mm() < most_mm, "{name}");
+        assert!(volume.abs() < share, "{name}");
+        for direction in &directions {
+            let out_m = reach_m(&thinner, *direction) - reach_m(&tool, *direction);
+            // what it says is by its own facets: between two of them a corner stands out as far again at most
+            assert!(out_m.abs() < 2.0 * apart.0, "{name}: {out_m} m along {direction}");
+        }
+        mesh_of(&thinner).unwrap();
+    }
+}
+
+#[test]
+fn a_tool_loses_no_corner_that_it_needs() {
+    let tool = box_of(30, [80.0, 40.0, 5.0]);
+    assert_eq!(tool.normals().len(), 10_800);
+    let Thinned { tool: thinner, apart } = Thinned::of(&tool, BROUGHT_TRIANGLES_MAX).unwrap();
+    // six faces of two triangles, and the rounding of corners
+    assert!(thinner.normals().len() == 12 && apart.as_mm() < 1e-4, "{} mm, {thinner:?}", apart.as_mm());
+    // nothing is left of so few
+    assert!(Thinned::of(&tool, 3).is_none_or(|thinned| thinned.tool.normals().len() == 4));
 }
 
 proptest! {

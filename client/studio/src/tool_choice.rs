@@ -3,14 +3,14 @@
 //! Owns its flags; opens nothing but the tool's file.
 //! Invariant: a tool that is to be brought can be shared with everybody at a wheel.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use pottery_client::stroke::Stroke;
-use pottery_client::tool_file::{USUAL_UNIT, read_tool};
-use pottery_shared::session::mesh_of;
+use pottery_client::tool_file::{Thinned, USUAL_UNIT, read_tool};
+use pottery_shared::session::{BROUGHT_TRIANGLES_MAX, mesh_of};
 use pottery_shared::tool::{ConvexTool, Shape, Tool, rack};
 
 use crate::window::{Holding, TOOL_MM};
@@ -76,10 +76,24 @@ fn tool_mm(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A tool as thin as can be shared, which is said where it was not.
+fn to_share(tool: ConvexTool, path: &Path) -> ConvexTool {
+    let triangles = tool.normals().len();
+    let thinned = (triangles > BROUGHT_TRIANGLES_MAX).then(|| Thinned::of(&tool, BROUGHT_TRIANGLES_MAX)).flatten();
+    let Some(Thinned { tool: thinner, apart }) = thinned else { return tool };
+    eprintln!(
+        "pottery-studio: {} has {triangles} triangles, too many to be shared; it comes with {}, no farther from the file's solid than {:.3} mm",
+        path.display(),
+        thinner.normals().len(),
+        apart.as_mm(),
+    );
+    thinner
+}
+
 impl ToolFlags {
     pub(crate) fn choice(&self) -> anyhow::Result<ToolChoice> {
         let read = |path: &PathBuf| {
-            let tool = read_tool(path, USUAL_UNIT)?;
+            let tool = to_share(read_tool(path, USUAL_UNIT)?, path);
             // said now, and not when it has come to the wheel
             mesh_of(&tool).with_context(|| format!("cannot bring {}", path.display()))?;
             Ok::<_, anyhow::Error>(Arc::new(tool))
