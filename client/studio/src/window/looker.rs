@@ -4,6 +4,8 @@
 //! Invariant: nothing is drawn while nothing changes, the wheel that is clicked on is the one that is shown, and what was seen of a wheel is
 //! seen until there is more.
 
+mod place;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -12,9 +14,9 @@ use glam::Vec2;
 use pottery_client::Onlooker;
 use pottery_client::render::{Camera, GalleryScene, GpuAhead, Scene, ToolView, WheelView};
 use pottery_client::view::Link;
-use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Target};
-use pottery_shared::session::{RemoteTool, Watched};
-use pottery_shared::snapshot::{Detail, Touched};
+use pottery_shared::clay::{Pot, PotSpec, Target};
+use pottery_shared::session::Watched;
+use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::{ConvexTool, rack};
 use pottery_shared::units::Tick;
 use winit::application::ApplicationHandler;
@@ -23,14 +25,13 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
-use super::app::colour;
+use self::place::{Place, tool_view};
 use super::closeness::{self, Asked};
 use super::frame;
 use super::ghost;
 use super::overlay::{self, Call, Overlay};
 use super::panel::dress;
 use super::stage::{Pace, Picture, Seen, Stage};
-use super::standing::Standing;
 use super::tiles::Tiles;
 use crate::preferences::{Keeper, Preferences};
 use crate::words::Words;
@@ -49,22 +50,6 @@ const CHANGE_EVERY: Duration = Duration::from_millis(66);
 const TITLE: &str = "Pottery studio: looking on";
 /// Size of the window before there is one, pixels.
 const WINDOW: (u32, u32) = (1280, 800);
-
-/// One wheel of the page as it was last looked at.
-struct Place {
-    wheel: u16,
-    /// What was asked for, for its small picture.
-    asked: Detail,
-    /// Tiles that were not yet sent, and the grid that they are of.
-    changed: Touched,
-    shape: Option<GridShape>,
-    /// Whether its pot was sent to the device.
-    is_sent: bool,
-    phase: Phase,
-    tools: Vec<RemoteTool>,
-    /// How far it is from what it is to become.
-    standing: Standing,
-}
 
 /// The way to a place at the wheel that is looked at.
 #[derive(Default)]
@@ -425,7 +410,7 @@ impl Looker {
                     stage.upload(sight.pot(), &place.changed);
                     place.changed.clear();
                 } else {
-                    is_news |= send(stage, place, number, sight.pot());
+                    is_news |= place.send(stage, number, sight.pot());
                 }
             }
         });
@@ -539,65 +524,9 @@ impl Looker {
     }
 }
 
-impl Place {
-    fn new(wheel: u16, asked: Detail) -> Self {
-        let changed = Touched::none(std::iter::empty());
-        let (phase, standing) = (Phase::default(), Standing::default());
-        Self { wheel, asked, changed, shape: None, is_sent: false, phase, tools: Vec::new(), standing }
-    }
-
-    /// Takes in a sight as it is now; whether its picture changes.
-    fn take_in(&mut self, sight: &mut Watched, now: Tick) -> bool {
-        let shapes = || sight.pot().surfaces().iter().map(Surface::shape);
-        if self.shape != shapes().next() {
-            (self.changed, self.shape) = (Touched::none(shapes()), shapes().next());
-        }
-        sight.take_changed(&mut self.changed);
-        let phase = sight.wheel().phase(now);
-        let is_news = !self.changed.is_empty() || phase != self.phase || sight.tools() != self.tools;
-        self.phase = phase;
-        self.tools.clear();
-        self.tools.extend_from_slice(sight.tools());
-        is_news
-    }
-
-    fn view(&self, tiles: &Tiles, number: usize) -> WheelView {
-        let (middle, half) = tiles.place(number);
-        // a wheel that has not come yet has no size
-        let half = if self.is_sent { half } else { Vec2::ZERO };
-        WheelView { phase: self.phase, middle, half }
-    }
-}
-
 /// Where the wheels of a page are seen from.
 fn page_camera() -> Camera {
     Camera { distance_m: 1.25 * Camera::default().distance_m, ..Camera::default() }
-}
-
-/// Sends what changed of a wheel's pot to the painter of all of them; whether anything was sent.
-fn send(stage: &mut Stage, place: &mut Place, number: usize, pot: &Pot) -> bool {
-    let Some(gallery) = stage.gallery() else { return false };
-    let is_sent = std::mem::replace(&mut place.is_sent, true);
-    let is_news = !is_sent || !place.changed.is_empty();
-    match is_news {
-        true if is_sent && gallery.fits(pot.spec()) => gallery.upload_changed(number, pot, &place.changed),
-        true => gallery.upload(number, pot),
-        false => {}
-    }
-    place.changed.clear();
-    is_news
-}
-
-fn tool_view(tool: &RemoteTool) -> ToolView {
-    let centre_m = tool.centre.point_m();
-    ToolView {
-        tool: tool.tool,
-        turn: tool.orientation.at(centre_m),
-        centre_m,
-        colour: colour(tool.client),
-        touching: tool.touching,
-        clay_m: None,
-    }
 }
 
 /// What stands over one wheel; the way back, if the person wants it.
