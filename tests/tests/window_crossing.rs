@@ -13,6 +13,9 @@ use pottery_tests::display::{Controls, Display, SIZE};
 /// Around the middle of the picture, where a pot stands however much of the window a panel covers.
 const MIDDLE: [usize; 4] = [400, 250, 350, 250];
 
+/// The last of two on the second page of those that are looked on at together.
+const WHEEL: u16 = 62;
+
 fn clay(pixels: &[u8]) -> usize {
     let [left, top, width, height] = MIDDLE;
     let at = (top..top + height).flat_map(|y| (left..left + width).map(move |x| (y * SIZE.0 + x) * 3));
@@ -40,14 +43,14 @@ fn until(what: &str, window: &Controls<'_>, is_so: impl Fn(&Controls<'_>) -> boo
 fn a_visitor_works_at_the_wheel_that_is_looked_at_and_looks_on_again_and_the_pot_never_blinks() {
     let runtime = tokio::runtime::Runtime::new().unwrap();
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-    let config = ServerConfig { listen, wheels: 2, ..ServerConfig::default() };
+    let config = ServerConfig { listen, wheels: WHEEL, ..ServerConfig::default() };
     let server = runtime.block_on(async { Server::start(config) }).unwrap();
-    let target = Target::new(server.address().to_string(), server.code().clone(), 2);
+    let target = Target::new(server.address().to_string(), server.code().clone(), WHEEL);
     let people = || runtime.block_on(server.standing()).unwrap().people;
 
     let display = Display::new();
-    let (address, code) = (target.address.clone(), target.code.to_string());
-    let arguments = ["join", &address, "--code", &code, "--watch", "spectator", "--wheel", "2", "--mute"];
+    let (address, code, wheel) = (target.address.clone(), target.code.to_string(), WHEEL.to_string());
+    let arguments = ["join", &address, "--code", &code, "--watch", "spectator", "--wheel", &wheel, "--mute"];
     let (mut studio, window) = display.studio_with_controls(&arguments);
     until("a wheel is seen", &window, |window| window.find("Work at this wheel").is_some());
     until("a pot is seen", &window, |_| clay(&display.pixels()) > 5000);

@@ -150,7 +150,8 @@ impl Looker {
             asked_at: now,
             close_detail,
             wheels,
-            first: 1,
+            // of the page on which it is
+            first: 1 + close.map_or(0, |wheel| (wheel - 1) / PAGE * PAGE),
             places: Vec::new(),
             target: None,
             close,
