@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_shared::tool::{Shape, Sphere, Tool, rack};
+use pottery_shared::tool::{Shape, Sphere, Tool};
 use pottery_shared::units::Metres;
 use pottery_tests::display::Display;
 use pottery_tests::programs::{folder, program};
@@ -470,14 +470,24 @@ fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
     let corners = "v 20 0 0\nv -20 0 0\nv 0 20 0\nv 0 -20 0\nv 0 0 20\nv 0 0 -20\n";
     let faces = "f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
     fs::write(&mesh, [corners, faces].concat()).unwrap();
-    // finer than can be shared
-    let fine = out.join("ball.stl");
-    let ball = rack::ball(4, Metres::from_mm(12.0)).unwrap();
-    let facet = |corners: [Vec3; 3]| stl_io::Triangle {
-        normal: stl_io::Normal::new([0.0; 3]),
-        vertices: corners.map(|corner| stl_io::Vertex::new((corner * 1e3).to_array())),
-    };
-    stl_io::write_stl(&mut fs::File::create(&fine).unwrap(), ball.triangles_m().map(facet)).unwrap();
+    // the same finer than can be shared, as its corners need not be: every side cut into fourteen
+    let fine = out.join("fine.obj");
+    let faces_of = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let ends = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let mut text = String::new();
+    for face in faces_of {
+        let [a, b, c] = face.map(|end| ends[end] * 20.0);
+        let at = |i: i32, j: i32| a + (b - a) * (i as f32 / 14.0) + (c - a) * (j as f32 / 14.0);
+        for (i, j) in (0..14).flat_map(|i| (0..14 - i).map(move |j| (i, j))) {
+            let upright = [at(i, j), at(i + 1, j), at(i, j + 1)];
+            let turned = [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            for triangle in [Some(upright), (i + j < 13).then_some(turned)].into_iter().flatten() {
+                triangle.iter().for_each(|corner| text += &format!("v {} {} {}\n", corner.x, corner.y, corner.z));
+                text += "f -3 -2 -1\n";
+            }
+        }
+    }
+    fs::write(&fine, text).unwrap();
     let recording = out.join("first.csv");
     for (flags, tool) in [
         (vec!["--tool", "rib"], Tool::Convex(Shape::RIB)),
@@ -493,7 +503,7 @@ fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
             .unwrap();
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{flags:?}: {text}");
-        assert_eq!(text.contains("has 5120 triangles") && text.contains("with 1280"), flags[1].ends_with("ball.stl"));
+        assert_eq!(text.contains("has 1568 triangles") && text.contains("with 8,"), flags[1].ends_with("fine.obj"));
         let recorded = Stroke::read(&recording).unwrap();
         assert!(recorded.tools().eq([tool]), "{flags:?}");
         assert!(recorded.duration() > 1.0, "{flags:?}: {} s recorded", recorded.duration());

@@ -240,6 +240,19 @@ fn what_a_camera_reads_is_the_link_to_the_studio() {
     close(&display, studio);
 }
 
+/// The clay that is seen once nothing of it changes any more: a picture may be on its way for as long as others draw.
+fn stays(display: &Display) -> (usize, f64) {
+    let deadline = Instant::now() + PATIENCE;
+    let (mut seen, mut times) = (clay(&display.pixels()), 0);
+    while times < 3 {
+        assert!(Instant::now() < deadline, "the clay that is seen goes on changing");
+        std::thread::sleep(Duration::from_millis(400));
+        let now = clay(&display.pixels());
+        (seen, times) = (now, if now.0 == seen.0 { times + 1 } else { 0 });
+    }
+    seen
+}
+
 #[test]
 fn keys_bring_the_view_closer_and_farther_and_show_the_pot_from_the_side_and_from_above() {
     let display = Display::new();
@@ -249,8 +262,7 @@ fn keys_bring_the_view_closer_and_farther_and_show_the_pot_from_the_side_and_fro
     let key = |key: &str, what: &str, is_so: &dyn Fn((usize, f64)) -> bool| {
         display.run("xdotool", &["key", "--delay", "60", key, key, key]);
         until(&display, what, |pixels| is_so(clay(pixels)));
-        std::thread::sleep(Duration::from_millis(800));
-        let seen = clay(&display.pixels());
+        let seen = stays(&display);
         println!("{what}: {} pixels, {:.2} of the rows as wide", seen.0, seen.1);
         seen
     };
