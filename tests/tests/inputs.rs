@@ -281,6 +281,17 @@ fn hostile_inputs() -> impl Strategy<Value = Inputs> {
     })
 }
 
+#[test]
+fn samples_without_what_follows_them_are_malformed() {
+    let mut studio = Studio::with(1);
+    // as bytes of chance are once in some hundred runs
+    let samples = Inputs { first: 0, runs: Vec::new(), rests: true };
+    studio.room.handle_datagram(PeerId(0), &protocol::encode(&samples));
+    assert_eq!(studio.refusals().malformed, 1);
+    studio.room.handle_datagram(PeerId(0), &protocol::encode(&Upload { inputs: samples, hand: None, again: None }));
+    assert_eq!(studio.refusals().malformed, 1);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -292,7 +303,7 @@ proptest! {
         for bytes in &datagrams {
             studio.room.handle_datagram(PeerId(0), bytes);
         }
-        let malformed = datagrams.iter().filter(|bytes| protocol::decode::<DATAGRAM_MEMORY_MAX, Inputs>(bytes).is_err());
+        let malformed = datagrams.iter().filter(|bytes| protocol::decode::<DATAGRAM_MEMORY_MAX, Upload>(bytes).is_err());
         prop_assert_eq!(studio.refusals().malformed, malformed.count() as u64);
         studio.advance(OPENED + 20);
     }
