@@ -26,12 +26,15 @@ impl Thinned {
     /// the tool's volume, so that it lies as much outside as inside: a ball's mean depth stays a ball's. What is thin would become
     /// longer by that than it was: no corner moves by more than half of what the hull was off.
     ///
-    /// `None` where fewer than four corners enclose anything, or what is left is no tool: simplify the mesh elsewhere.
+    /// `None` for fewer than four triangles, or where what is left is no tool: simplify the mesh elsewhere.
     #[must_use]
     pub fn of(tool: &ConvexTool, triangles: usize) -> Option<Self> {
+        if triangles < ConvexTool::TRIANGLES_MIN {
+            return None;
+        }
         let mut corners: Vec<DVec3> = tool.triangles_m().flatten().map(Vec3::as_dvec3).collect();
-        let order = |one: &DVec3, other: &DVec3| one.to_array().partial_cmp(&other.to_array());
-        corners.sort_by(|one, other| order(one, other).unwrap_or(Ordering::Equal));
+        // a corner is told with each of its triangles
+        corners.sort_by(|one, other| one.to_array().partial_cmp(&other.to_array()).unwrap_or(Ordering::Equal));
         corners.dedup();
         let mut hull = Hull::begin(&corners)?;
         while hull.facets.len() + 2 <= triangles && hull.grow() {}
@@ -106,8 +109,8 @@ struct Hull<'a> {
 impl<'a> Hull<'a> {
     /// A corner that stands out by less need not be taken in, m: ten times what corners are rounded by, a fiftieth of what a tool may bulge.
     const LEVEL_M: f64 = 1e-7;
-    /// What one that is taken in sees stands farther below it, m: corners are exact, and heights to a hundredth of this. By a sliver that it
-    /// sees and that is kept, a long tool would bulge.
+    /// What one that is taken in sees stands farther below it, m: corners are exact, and heights above a facet to a thirtieth of this. By a
+    /// sliver that it sees and that is kept, a long tool would bulge.
     const SEEN_M: f64 = 1e-15;
 
     /// The hull of four corners far from each other.
