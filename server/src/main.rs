@@ -17,6 +17,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
+use pottery_files::sentence::sentence;
 use pottery_server::{FileConfig, Finest, Server, ServerConfig};
 use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
@@ -165,7 +166,7 @@ async fn main() -> ExitCode {
     match run(flags).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("pottery-server: {error:#}");
+            eprintln!("pottery-server: {}", sentence(error.as_ref()));
             ExitCode::FAILURE
         }
     }

@@ -12,8 +12,9 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
+use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::tool::{Shape, Sphere, Tool};
-use pottery_shared::units::Metres;
+use pottery_shared::units::{Metres, Tick};
 use pottery_tests::display::Display;
 use pottery_tests::programs::{folder, program};
 
@@ -34,6 +35,9 @@ fn sentence(output: &Output) -> String {
     assert!(!output.status.success(), "it was meant to fail");
     let text = String::from_utf8(output.stderr.clone()).unwrap();
     assert!(!text.contains("panicked"), "{text}");
+    let said = text.lines().last().unwrap();
+    let twice = |(begin, sign): &(usize, &str)| said[..*begin].contains(said[begin + sign.len()..].trim_end());
+    assert!(!said.match_indices(": ").any(|sign| twice(&sign)), "{text}");
     text
 }
 
@@ -528,6 +532,29 @@ fn tools_that_cannot_be_brought_are_refused_in_a_sentence() {
         let output = studio().args(flags).output().unwrap();
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && text.contains(expected), "{flags:?}: {text}");
+    }
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
+fn files_and_links_that_cannot_be_used_are_told_of_once() {
+    let out = folder("no-files");
+    let [junk, pot] = ["junk.pot", "pot.pot"].map(|name| out.join(name).display().to_string());
+    fs::write(&junk, "junk").unwrap();
+    let untouched = Pot::new(PotSpec::default()).unwrap();
+    PotFile::of(&untouched, &Conditions::default(), Tick(0)).write(pot.as_ref()).unwrap();
+    let nowhere = out.join("no/where.stl").display().to_string();
+    for (arguments, expected) in [
+        (["--headless", "--open", &junk].as_slice(), "it is no pot file"),
+        (&["--headless", "--open", "no/such.pot"], "no/such.pot"),
+        (&["replay", &junk, "--headless"], "it is no session file"),
+        (&["replay", "no/such.rec", "--headless"], "no/such.rec"),
+        (&["export", &junk, "pot.stl"], "it is no pot file"),
+        (&["export", &pot, &nowhere], "choose another place"),
+        (&["join", "pottery://127.0.0.1:4747/K7QM"], "8 or 24 characters"),
+    ] {
+        let text = sentence(&Command::new(program("pottery-studio")).args(arguments).output().unwrap());
+        assert!(text.lines().count() == 1 && text.contains(expected), "{arguments:?}: {text}");
     }
     fs::remove_dir_all(out).unwrap();
 }

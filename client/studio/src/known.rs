@@ -10,8 +10,8 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
-use pottery_client::Target;
 use pottery_client::whole_file::write_whole;
+use pottery_client::{Target, sentence};
 
 /// The file.
 #[derive(Debug)]
@@ -80,7 +80,10 @@ pub(crate) fn note(target: &Target, shown: Option<[u8; 32]>) {
             target.address
         ),
         Ok(false) => {}
-        Err(error) => eprintln!("pottery-studio: the key of {} is not remembered: {error:#}", target.address),
+        Err(error) => {
+            let why = sentence(error.as_ref());
+            eprintln!("pottery-studio: the key of {} is not remembered: {why}", target.address);
+        }
     }
 }
 

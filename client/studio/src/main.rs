@@ -32,6 +32,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::Parser;
 use pottery_client::device::survey;
+use pottery_client::sentence;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("pottery-studio: {error:#}");
+            eprintln!("pottery-studio: {}", sentence(error.as_ref()));
             ExitCode::FAILURE
         }
     }

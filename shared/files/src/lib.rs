@@ -1,7 +1,8 @@
-//! What studio and server both keep on disk: the pot file, and how a file is written so that nothing is lost.
+//! What studio and server both do beyond the core: the pot file, how a file is written so that nothing is lost, and how it is said what went wrong.
 //!
-//! Owns formats and their sentences; when something is kept, and where, is the programs' affair.
+//! Owns formats and their sentences; when something is kept or said, and where, is the programs' affair.
 //! Invariant: a file is written whole or not at all.
 
 pub mod pot_file;
+pub mod sentence;
 pub mod whole_file;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use pottery_client::device::{Monitor, OpenedDevice, Pointer, pointer};
 use pottery_client::sound::Sound;
-use pottery_client::{Claim, Endpoint, Onlooker, Potter, PotterOptions, Target};
+use pottery_client::{Claim, Endpoint, Onlooker, Potter, PotterOptions, Target, sentence};
 use pottery_shared::snapshot::Detail;
 use tokio::runtime::Handle;
 use tokio::task::JoinHandle;
@@ -205,8 +205,8 @@ impl Visit {
     /// Stays where one is, since the way led nowhere.
     fn stay(&mut self, error: &anyhow::Error) {
         match &mut self.here {
-            Here::Looking(looker) => looker.say(format!("{error:#}")),
-            Here::Working(app) => app.stay(format!("{error:#}")),
+            Here::Looking(looker) => looker.say(sentence(error.as_ref())),
+            Here::Working(app) => app.stay(sentence(error.as_ref())),
             Here::Nobody => {}
         }
     }
