@@ -107,7 +107,9 @@ fn page(lesson: &Value, before: &Value) -> String {
         (false, false) => "open",
     };
     let [middle, high] = [50, 99].map(|percent| wake_us(&lesson["wake_us"], &before["wake_us"], percent));
-    line(format!("{} people, {} wheels, door {state}", people.len(), wheels.len()));
+    let some = |number, one, more| format!("{number} {}", if number == 1 { one } else { more });
+    let (there, at) = (some(people.len(), "person", "people"), some(wheels.len(), "wheel", "wheels"));
+    line(format!("{there}, {at}, door {state}"));
     line(format!("tick p50 {middle} us, p99 {high} us; {} late since the start", lesson["late"]));
     line(String::new());
     line(format!("{:<7}{:>7}{:>7}{:>10}  {}", "wheel", "people", "rpm", "delta ms", "state"));

@@ -266,7 +266,10 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
     let page = text(&said);
     println!("{page}");
     assert!(
-        said.status.success() && page.contains(&name) && page.contains("student") && page.contains("3 wheels"),
+        said.status.success()
+            && page.contains(&name)
+            && page.contains("student")
+            && page.contains("1 person, 3 wheels"),
         "{page}"
     );
     let code = server.code().room();

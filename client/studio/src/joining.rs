@@ -38,7 +38,11 @@ pub(crate) fn look(typed: Option<&str>, has_code: bool) -> anyhow::Result<Where>
 /// Shows what was found, one in a line.
 pub(crate) fn tell(found: &[Found]) {
     for Found { class, address, wheels, is_of_this_version } in found {
-        let wheels = wheels.map_or_else(String::new, |wheels| format!("{wheels} wheels"));
+        let wheels = match wheels {
+            None => String::new(),
+            Some(1) => "1 wheel".into(),
+            Some(many) => format!("{many} wheels"),
+        };
         let version = if *is_of_this_version { "" } else { "  (another version of the studio)" };
         say!("{class:<24} {:<28} {wheels:<10}{version}", address.to_string());
     }
