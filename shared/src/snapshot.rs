@@ -42,10 +42,11 @@ pub use transcript::{Pressed, Transcript};
 pub struct Version(pub u32);
 
 impl Version {
-    /// The version that follows.
+    /// The version that follows. After the last there is, which a wheel comes to in two years and a false word at once, it is 0, to
+    /// which nothing leads.
     #[must_use]
     pub const fn next(self) -> Self {
-        Self(self.0 + 1)
+        Self(self.0.wrapping_add(1))
     }
 }
 

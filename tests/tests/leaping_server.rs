@@ -73,10 +73,6 @@ struct World {
     mute_ms: std::ops::Range<u64>,
 }
 
-fn bare(frame: &[u8]) -> Vec<u8> {
-    frame[2..].to_vec()
-}
-
 impl World {
     fn new() -> Self {
         let room = Room::new(RoomConfig {
@@ -122,7 +118,7 @@ impl World {
         while let Some(entry) = self.up.first_entry().filter(|entry| entry.key().0 <= now) {
             match entry.remove() {
                 (peer, Up::Datagram(bytes)) => self.room.handle_datagram(peer, &bytes),
-                (peer, Up::Control(frame)) => self.room.handle_control(peer, &bare(&frame)),
+                (peer, Up::Control(frame)) => self.room.handle_control(peer, &frame[2..]),
             }
         }
         while let Some(entry) = self.down.first_entry().filter(|entry| entry.key().0 <= now) {
@@ -184,9 +180,9 @@ impl World {
             let is_sound = match (said, &mut potter.client) {
                 (Said::Datagram(bytes), Some(client)) => client.handle_datagram(&bytes, time),
                 (Said::Keyframe(bytes), Some(client)) => client.handle_keyframe(&bytes, time),
-                (Said::Control(frame), Some(client)) => client.handle_control(&bare(&frame)).is_ok(),
+                (Said::Control(frame), Some(client)) => client.handle_control(&frame[2..]).is_ok(),
                 (Said::Control(frame), client) => {
-                    *client = Some(Client::open(&bare(&frame), now, round_trip).unwrap());
+                    *client = Some(Client::open(&frame[2..], now, round_trip).unwrap());
                     true
                 }
                 (Said::Datagram(_) | Said::Keyframe(_), None) => true,
@@ -199,9 +195,9 @@ impl World {
         let is_sound = match (said, &mut looker.watcher) {
             (Said::Datagram(bytes), Some(watcher)) => watcher.handle_datagram(&bytes, time),
             (Said::Keyframe(bytes), Some(watcher)) => watcher.handle_keyframe(&bytes, time),
-            (Said::Control(frame), Some(watcher)) => watcher.handle_control(&bare(&frame)).is_ok(),
+            (Said::Control(frame), Some(watcher)) => watcher.handle_control(&frame[2..]).is_ok(),
             (Said::Control(frame), watcher) => {
-                let watcher = watcher.insert(Watcher::open(&bare(&frame), round_trip).unwrap());
+                let watcher = watcher.insert(Watcher::open(&frame[2..], round_trip).unwrap());
                 watcher.watch(1, LOOKERS[number], time);
                 true
             }
@@ -388,12 +384,13 @@ fn a_false_word_to_one_who_works_or_looks_on_is_counted_and_forgotten() {
 #[test]
 fn a_false_keyframe_is_counted_or_mended() {
     type Change = fn(&mut Keyframe);
-    let lies: [(&str, Change); 9] = [
+    let lies: [(&str, Change); 10] = [
         ("of the last version", |keyframe| keyframe.version = u32::MAX),
         ("of a version of the next minute", |keyframe| keyframe.version += 4000),
         ("of a version of the next seconds", |keyframe| keyframe.version += 100),
         ("of the next version", |keyframe| keyframe.version += 1),
         ("of the last tick", |keyframe| keyframe.tick = u64::MAX),
+        ("of the last version, as late as can be", |keyframe| (keyframe.version, keyframe.tick) = (u32::MAX, 1 << 48)),
         ("of an hour on", |keyframe| keyframe.tick += 3_600_000),
         ("of samples never made", |keyframe| keyframe.acknowledged += 100_000),
         ("from a version that never was", |keyframe| keyframe.since += 5000),
@@ -484,7 +481,7 @@ fn a_server_that_begins_anew_under_an_old_session_is_found_out_by_its_third_word
     let watcher = world.lookers[1].watcher.as_mut().unwrap();
     watcher.handle_time(Duration::from_millis(now + 500));
     let asked: Vec<Request> = std::iter::from_fn(|| watcher.poll_control())
-        .map(|frame| protocol::decode::<{ protocol::CONTROL_MAX }, _>(&bare(&frame)).unwrap())
+        .map(|frame| protocol::decode::<{ protocol::CONTROL_MAX }, _>(&frame[2..]).unwrap())
         .collect();
     assert!(asked.iter().any(|request| matches!(request, Request::Watch { have: 0, .. })), "{asked:?}");
 }
