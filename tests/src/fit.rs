@@ -50,7 +50,7 @@ const PERMANENT: f64 = 1.5;
 const FORCE: f64 = 0.7;
 
 /// Constants that dents are fitted with, in this order.
-pub const FREE: [&str; 11] = [
+pub const FREE: [&str; 12] = [
     "hardness",
     "hardness_by_slope",
     "hardness_by_layer",
@@ -59,6 +59,7 @@ pub const FREE: [&str; 11] = [
     "recovery_by_layer",
     "recovery_edge",
     "sink_width",
+    "rim_rises",
     "rim_strain",
     "rim_width",
     "rim_around",
@@ -66,7 +67,7 @@ pub const FREE: [&str; 11] = [
 
 /// The free constants of a law.
 #[must_use]
-pub fn free(law: &PlasticLaw) -> [f64; 11] {
+pub fn free(law: &PlasticLaw) -> [f64; 12] {
     [
         law.hardness,
         law.hardness_by_slope,
@@ -76,6 +77,7 @@ pub fn free(law: &PlasticLaw) -> [f64; 11] {
         law.recovery_by_layer,
         law.recovery_edge,
         law.sink_width,
+        law.rim_rises,
         law.rim_strain,
         law.rim_width,
         law.rim_around,
@@ -85,7 +87,7 @@ pub fn free(law: &PlasticLaw) -> [f64; 11] {
 
 /// The law with these free constants and what is held of another; `None` where it makes no sense.
 #[must_use]
-pub fn law_of(free: [f64; 11], held: &PlasticLaw) -> Option<PlasticLaw> {
+pub fn law_of(free: [f64; 12], held: &PlasticLaw) -> Option<PlasticLaw> {
     let [
         hardness,
         hardness_by_slope,
@@ -95,11 +97,17 @@ pub fn law_of(free: [f64; 11], held: &PlasticLaw) -> Option<PlasticLaw> {
         recovery_by_layer,
         recovery_edge,
         sink_width,
+        rim_rises,
         rim_strain,
         rim_width,
         rim_around,
     ] = free.map(|value| value as f32);
-    let sense = hardness > 0.5 && recovery > 0.05 && sink_width > 0.01 && rim_strain > 1.0 && rim_width > 0.05;
+    let sense = hardness > 0.5
+        && recovery > 0.05
+        && sink_width > 0.01
+        && (0.05..=0.75).contains(&rim_rises)
+        && rim_strain > 1.0
+        && rim_width > 0.05;
     let law = PlasticLaw {
         hardness,
         hardness_by_slope,
@@ -109,6 +117,7 @@ pub fn law_of(free: [f64; 11], held: &PlasticLaw) -> Option<PlasticLaw> {
         recovery_by_layer,
         recovery_edge,
         sink_width,
+        rim_rises,
         rim_strain,
         rim_width,
         rim_around,
@@ -159,16 +168,8 @@ pub fn score(misfits: &[Misfit]) -> f64 {
 }
 
 /// Constants of a sliding tool, in this order.
-pub const SLIDING: [&str; 8] = [
-    "slide_bottom",
-    "slide_strain",
-    "slide_open",
-    "slide_soft",
-    "slide_rises",
-    "slide_steep",
-    "slide_steep_from",
-    "slide_narrow",
-];
+pub const SLIDING: [&str; 7] =
+    ["slide_bottom", "slide_strain", "slide_open", "slide_soft", "slide_steep", "slide_steep_from", "slide_narrow"];
 
 /// The sliding constants of a law.
 #[must_use]
@@ -178,7 +179,6 @@ pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
         law.slide_strain,
         law.slide_open,
         law.slide_soft,
-        law.slide_rises,
         law.slide_steep,
         law.slide_steep_from,
         law.slide_narrow,
@@ -189,16 +189,17 @@ pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
 /// The law with these sliding constants; `None` where it makes no sense.
 #[must_use]
 pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [slide_bottom, slide_strain, slide_open, slide_soft, slide_rises, slide_steep, slide_steep_from, slide_narrow] =
+    let [slide_bottom, slide_strain, slide_open, slide_soft, slide_steep, slide_steep_from, slide_narrow] =
         sliding.map(|value| value as f32);
-    let shares = [slide_bottom, slide_rises].iter().all(|share| (0.05..=1.0).contains(share));
-    let sense = shares && slide_soft < 1.0 && (0.0..=0.9).contains(&slide_steep) && slide_steep_from > 0.0;
+    let sense = (0.05..=1.0).contains(&slide_bottom)
+        && slide_soft < 1.0
+        && (0.0..=0.9).contains(&slide_steep)
+        && slide_steep_from > 0.0;
     let law = PlasticLaw {
         slide_bottom,
         slide_strain,
         slide_open,
         slide_soft,
-        slide_rises,
         slide_steep,
         slide_steep_from,
         slide_narrow,

@@ -38,6 +38,10 @@ fn between(values: &[f64], value: f64) -> (usize, f64) {
 }
 
 impl Profile {
+    /// Part of a step that is made while a mesh point is looked for, and how often.
+    const PART: f64 = 0.6;
+    const LOOKS: u32 = 80;
+
     /// Reads the columns θ, z (deformed), u_r, θ₀, z₀ and the inner radius, below one line of names.
     ///
     /// # Errors
@@ -98,11 +102,13 @@ impl Profile {
     #[must_use]
     pub fn radial_mm(&self, angle_rad: f64, z_mm: f64) -> f64 {
         let angle_rad = angle_rad.abs();
-        // which mesh point has come to lie here: it moved little, so a few turns find it
+        // which mesh point has come to lie here: under a deep tool the mesh is stretched to more than twice its length, which a whole
+        // step would overshoot by more than it is off
         let (mut angle, mut height) = (angle_rad, z_mm);
-        for _ in 0..40 {
+        for _ in 0..Self::LOOKS {
             let moved = self.at_mesh(angle.abs(), height);
-            (angle, height) = (angle_rad - moved[0], z_mm - moved[1]);
+            angle += Self::PART * (angle_rad - moved[0] - angle);
+            height += Self::PART * (z_mm - moved[1] - height);
         }
         self.at_mesh(angle.abs(), height)[2]
     }

@@ -13,7 +13,7 @@ use pottery_client::device::{
     Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Fit, Pace, Port, Reading, Reported, pointer,
 };
 use pottery_client::sound::Rub;
-use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Wheel};
+use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Fault, Guidance, GuidanceMode, Haptics, Setup, Stages};
 use pottery_shared::prediction::{Field, Patch};
 use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample, rack};
@@ -301,8 +301,15 @@ fn first_contact_of_a_hand_that_rested_is_felt_as_that_of_one_that_did_not() {
             // nor does it come as a greater jump
             let jump_n = |felt: &[(u64, f32)]| felt.windows(2).map(|two| two[1].1 - two[0].1).fold(0.0, f32::max);
             assert!(jump_n(&rested) <= 1.001 * jump_n(&awake), "{gap_m} m: {rested:?} and {awake:?}");
-            let apart_m = one.iter().zip(&other).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);
-            assert!(apart_m < 1e-6, "{gap_m} m, tick {from}: the pots are {apart_m} m apart");
+            let apart_m: Vec<f32> = one.iter().zip(&other).map(|(one, other)| (one - other).abs()).collect();
+            let most_m = apart_m.iter().copied().fold(0.0, f32::max);
+            // what lies a hair beside the middle between two steps may be rounded to either
+            let pressed = one.iter().filter(|radius_m| **radius_m != PotSpec::default().radius.0).count();
+            let rounded = apart_m.iter().filter(|apart_m| **apart_m >= 1e-6).count();
+            assert!(
+                most_m < Surface::STEP_M + 1e-6 && rounded * 200 < pressed,
+                "{gap_m} m, tick {from}: {rounded} of {pressed} elements are up to {most_m} m apart"
+            );
         }
     }
 }
@@ -546,12 +553,17 @@ fn what_is_heard_follows_the_slip_and_goes_on_without_force() {
     bench.tick(Some(Vec3::new(0.1, 0.0, 0.1)));
     assert_eq!(bench.net.status().rub(), Rub::default());
     bench.tick(None);
+    let mut slip_m_s = 0.0;
     for tick in 0..300 {
         bench.tick(Some(pressing(tick)));
+        if tick >= 200 {
+            slip_m_s += bench.net.status().rub().slip_m_s / 100.0;
+        }
     }
     let held = bench.net.status().rub();
-    // 60 rpm at some 70 mm, and the tool goes up at 60 mm/s
-    assert!(held.force_n > 0.5 && (0.40..0.46).contains(&held.slip_m_s), "{held:?}");
+    // 60 rpm at some 70 mm, and the tool goes up at 50 mm/s; from tick to tick it is up to a seventh more or less
+    assert!(held.force_n > 0.5 && (0.43..0.46).contains(&slip_m_s), "{held:?}, slip {slip_m_s} m/s");
+    assert!((held.slip_m_s / slip_m_s - 1.0).abs() < 0.2, "{held:?}, slip {slip_m_s} m/s");
     assert!((held.wetness - 0.27).abs() < 1e-3, "{held:?}");
     bench.net.status().switch_force_off(true);
     bench.tick(Some(pressing(300)));

@@ -9,10 +9,10 @@ use pottery_shared::clay::{
 };
 use pottery_shared::tool::{Side, Sphere};
 use pottery_shared::units::Metres;
-use pottery_tests::chart::cases::{Support as Standing, reference_profile};
+use pottery_tests::chart::cases::{BASE, Scene, Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
 use pottery_tests::fit::walls;
-use pottery_tests::reference::ForceCurve;
+use pottery_tests::reference::{ForceCurve, Profile};
 
 const FORCE: &str = include_str!("../data/reference/A_depth_force.csv");
 
@@ -74,6 +74,34 @@ fn hollow_pot_springs_back_but_for_the_dent_under_the_tool() {
             "{depth} mm: {error:.4}, {tip:.3}, {reference:.3}"
         );
         assert!(quarter == 0.0, "{depth} mm: {quarter} mm stay a quarter round");
+    }
+}
+
+#[test]
+fn hollow_pots_that_nothing_was_fitted_to_have_the_shape_of_finite_elements() {
+    macro_rules! held_out {
+        ($pot_mm:expr, $tool_mm:literal, $depth_mm:literal, $file:literal) => {
+            (
+                Scene { pot_mm: $pot_mm, tool_mm: $tool_mm, ..BASE }.dent(GridShape::PAPER, $depth_mm, false),
+                [
+                    include_str!(concat!("../data/fem/held_hollow_", $file, "L_profile.csv")),
+                    include_str!(concat!("../data/fem/held_hollow_", $file, "U_profile.csv")),
+                ],
+            )
+        };
+    }
+    for (mut dent, surfaces) in [
+        held_out!([60.0, 8.0], 8.0, 2.0, "ball8_d2"),
+        held_out!([50.0, 5.0], 16.0, 1.0, "r50w5_ball16_d1"),
+        held_out!([50.0, 5.0], 16.0, 2.0, "r50w5_ball16_d2"),
+    ] {
+        dent.pot.support = Support::Hollow;
+        for (surface, release) in surfaces.into_iter().zip([false, true]) {
+            let dent = Dent { release, ..dent };
+            let error = dent.press().unwrap().error(&Profile::parse(surface).unwrap(), &dent);
+            println!("{:?} pressed {:?}, tool away: {release}: {error:.4}", dent.pot.radius, dent.depth);
+            assert!(error < 0.015, "{error:.4} {dent:?}");
+        }
     }
 }
 

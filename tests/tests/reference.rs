@@ -7,7 +7,7 @@ use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
 use pottery_shared::units::Metres;
 use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
-use pottery_tests::reference::ForceCurve;
+use pottery_tests::reference::{ForceCurve, Profile};
 
 const FORCE: &str = include_str!("../data/reference/B_depth_force.csv");
 
@@ -28,6 +28,24 @@ fn pressed(method: MethodKind, depth_mm: u32, release: bool) -> (Dented, f64) {
     let dented = dent.press().unwrap();
     let error = dented.error(&reference_profile(Standing::Backed, depth_mm, release), &dent);
     (dented, error)
+}
+
+#[test]
+fn a_surface_is_read_where_it_lies_however_far_its_mesh_is_stretched() {
+    // what was a millimetre from one height to the next is 2.6, 1.2, 0.4 and 0.5
+    let (heights, moved, radial) = ([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 1.6, 1.8, 1.2, 0.7], [-4.0, -3.0, -1.0, 1.0, 0.0]);
+    let mut text = String::from("theta_rad,z_mm,u_r_mm,theta0_rad,z0_mm,r_inner_mm\n");
+    for angle in [0.0, 0.1] {
+        for ((height, moved), radial) in heights.iter().zip(moved).zip(radial) {
+            text += &format!("{angle},{},{radial},{angle},{height},52\n", height + moved);
+        }
+    }
+    let profile = Profile::parse(&text).unwrap();
+    for (at_mm, wanted_mm) in [(0.0, -4.0), (1.3, -3.5), (2.6, -3.0), (3.2, -2.0), (3.8, -1.0), (4.0, 0.0), (4.2, 1.0)]
+    {
+        let read_mm = profile.radial_mm(0.05, at_mm);
+        assert!((read_mm - wanted_mm).abs() < 1e-6, "{read_mm} mm instead of {wanted_mm} at {at_mm}");
+    }
 }
 
 #[test]

@@ -1,12 +1,13 @@
-//! The studio's own clay against finite-element strokes 1 and 2 mm deep: two balls that nine of its constants were fitted to, and one that is
-//! held out.
+//! The studio's own clay against finite elements that nothing was fitted to: dents of other balls, pots, walls and clays, up to 4 mm deep,
+//! and strokes 1 and 2 mm deep, of two balls that eight of its constants were fitted to and one that is held out.
 //!
-//! Owns what holds under a tool that slides; `reference.rs` has the tool that stands.
+//! Owns what holds beyond the fit; `reference.rs` has the reference that is not of this project's making.
 //! Invariant: the law is the one in use, with every constant that a still tool meets.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use pottery_shared::clay::{GridShape, MethodKind, PlasticCsem, PlasticLaw};
 use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_held_out};
+use pottery_tests::fit::{dents, misfits};
 
 fn ours() -> Vec<StrokeFigures> {
     draw(MethodKind::Plastic, GridShape::PAPER).unwrap()
@@ -53,6 +54,21 @@ fn a_sliding_tool_leaves_the_reference_s_groove_and_is_pushed_back_with_its_forc
 #[test]
 fn so_does_a_ball_that_nothing_was_fitted_to() {
     assert_near(&draw_held_out(MethodKind::Plastic, GridShape::PAPER).unwrap());
+}
+
+#[test]
+fn balls_pots_walls_and_clays_that_nothing_was_fitted_to_are_dented_as_finite_elements_are() {
+    let known = dents::held_out(GridShape::PAPER).unwrap();
+    for (known, misfit) in known.iter().zip(misfits(PlasticLaw::FITTED, &known).unwrap()) {
+        println!("{} {} mm: {misfit:.4?}", known.name, known.dent.depth.as_mm());
+        // the reference reads its surface between nodes that a dent of 4 mm has pulled 2.4 mm apart, 1 % of the travel above the ball
+        let most = if known.dent.depth.as_mm() > 2.0 { 0.03 } else { 0.02 };
+        assert!(
+            misfit.permanent < most && misfit.loaded < most && misfit.force.abs() < 0.05,
+            "{} {misfit:?}",
+            known.name
+        );
+    }
 }
 
 #[test]

@@ -36,18 +36,18 @@ const EDGE_M: f32 = 1e-6;
 ///   `4/3·E*·√R·δ^1.5`;
 /// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·(Q − 1)/3)` for 1 < q² < Q, `κ = ((Q − q²)/(Q − 1))²`, with the half axes a_θ, a_z of the volume ΔV
 ///   that yields (a paraboloid of half
-///   axis a has the variance a²/6). Of a dent of volume V, `1 − exp(−X/X₀)` has come back in the end; since V grows with X⁴, it
-///   is `β = 1 − exp(−X/X₀)·(1 − X/(4·X₀))` of what yields now. The rest is booked to the pot's height. It rises more to both
+///   axis a has the variance a²/6). Of what yields now it is `β = β₀·(1 − exp(−X/X₀))`; a dent that grows presses its own rim down again,
+///   which yields too. In the finite elements as much stands within 20 mm of a dent as `1 − exp(−X/117)` of what it holds; what of it is
+///   far and low, most of all on thin walls, is left out. The rest is booked to the pot's height. It rises more to both
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 2.3·σ times for the rim, whose crest is sharper, `κ` to the fourth power, and no more than
-///   0.48 rises wholly sliding. The deeper the bite, the more steeply the rim stands: it is `1 + 2.2·σ·d²` times narrower in q², with `d = s·b/t`,
+///   aside over the half axis. Strain counts 1 + 3.9·σ times for the rim, whose crest is sharper, `κ` to the fourth power. The deeper the bite, the more steeply the rim stands: it is `1 + 2.2·σ·d²` times narrower in q², with `d = s·b/t`,
 ///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.76·o` of what else
 ///   would not rise does, and the pressure is less by 0.26·o. Clay before a steep tool has somewhere to go: with
-///   `g = (s² − 0.24)⁺` the pressure is less by `0.24·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
-///   what of the force is against the motion is 0.27·σ greater;
+///   `g = (s² − 0.24)⁺` the pressure is less by `0.25·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
+///   what of the force is against the motion is 0.28·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is

@@ -1,6 +1,6 @@
-//! The dents that a law is fitted to: finite-element ones of a backed wall, or a law's own.
+//! The dents that a law is fitted to and those that it is held against: finite-element ones of a backed wall, or a law's own.
 //!
-//! Owns the list of files and the raster on which surfaces are compared.
+//! Owns the lists of files and the raster on which surfaces are compared.
 //! Invariant: a dent's surfaces are read on the raster once; a fit only presses.
 
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
@@ -42,36 +42,62 @@ struct Files {
 macro_rules! files {
     ($name:literal, $scene:expr, $($depth:literal)*) => {
         Files {
-            scene: Scene { name: concat!("backed_", $name), ..$scene },
-            force: include_str!(concat!("../../data/fem/backed_", $name, "_depth_force.csv")),
+            scene: Scene { name: $name, ..$scene },
+            force: include_str!(concat!("../../data/fem/", $name, "_depth_force.csv")),
             depths: &[$((
                 $depth as f32,
-                include_str!(concat!("../../data/fem/backed_", $name, "_d", $depth, "L_profile.csv")),
-                include_str!(concat!("../../data/fem/backed_", $name, "_d", $depth, "U_profile.csv")),
+                include_str!(concat!("../../data/fem/", $name, "_d", $depth, "L_profile.csv")),
+                include_str!(concat!("../../data/fem/", $name, "_d", $depth, "U_profile.csv")),
             )),*],
         }
     };
 }
 
 const FILES: &[Files] = &[
-    files!("base", BASE, 1 2 4),
-    files!("ball8", Scene { tool_mm: 8.0, ..BASE }, 1 2),
-    files!("ball20", Scene { tool_mm: 20.0, ..BASE }, 1 2 4),
-    files!("r40w6", Scene { pot_mm: [40.0, 6.0], ..BASE }, 1 2),
-    files!("wall5", Scene { pot_mm: [60.0, 5.0], ..BASE }, 2),
-    files!("wall12", Scene { pot_mm: [60.0, 12.0], ..BASE }, 2),
-    files!("e1y15", Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }, 1 2),
-    files!("e2y80", Scene { yield_kpa: 80.0, ..BASE }, 1 2),
-    files!("e5y40", Scene { youngs_mpa: 5.0, ..BASE }, 1 2),
+    files!("backed_base", BASE, 1 2 4),
+    files!("backed_ball8", Scene { tool_mm: 8.0, ..BASE }, 1 2 4),
+    files!("backed_ball20", Scene { tool_mm: 20.0, ..BASE }, 1 2 4),
+    files!("backed_r40w6", Scene { pot_mm: [40.0, 6.0], ..BASE }, 1 2 4),
+    files!("backed_wall5", Scene { pot_mm: [60.0, 5.0], ..BASE }, 2),
+    files!("backed_wall12", Scene { pot_mm: [60.0, 12.0], ..BASE }, 2 4),
+    files!("backed_e1y15", Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }, 1 2 4),
+    files!("backed_e2y80", Scene { yield_kpa: 80.0, ..BASE }, 1 2 4),
+    files!("backed_e5y40", Scene { youngs_mpa: 5.0, ..BASE }, 1 2 4),
 ];
 
-/// Every finite-element dent of a backed wall, to be made again on a grid.
+const HELD_OUT: &[Files] = &[
+    files!("held_ball10", Scene { tool_mm: 10.0, ..BASE }, 1 2 4),
+    files!("held_ball16", Scene { tool_mm: 16.0, ..BASE }, 1 2 4),
+    files!("held_wall6_ball20", Scene { pot_mm: [60.0, 6.0], tool_mm: 20.0, ..BASE }, 2 4),
+    files!("held_r40w6_ball16", Scene { pot_mm: [40.0, 6.0], tool_mm: 16.0, ..BASE }, 2 4),
+    files!("held_r80w10", Scene { pot_mm: [80.0, 10.0], ..BASE }, 1 2 4),
+    files!("held_e05y10_ball18", Scene { tool_mm: 18.0, youngs_mpa: 0.5, yield_kpa: 10.0, ..BASE }, 1 2 4),
+    files!(
+        "held_e35y40_r70w7_ball14",
+        Scene { pot_mm: [70.0, 7.0], tool_mm: 14.0, youngs_mpa: 3.5, ..BASE },
+        1 2 4
+    ),
+];
+
+/// Every finite-element dent of a backed wall that the law is fitted to, to be made again on a grid.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged or knows no force at its travel.
 pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
+    read(FILES, grid)
+}
+
+/// Those that nothing is fitted to: other balls, pots, walls and clays.
+///
+/// # Errors
+/// As [`finite_elements`].
+pub fn held_out(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
+    read(HELD_OUT, grid)
+}
+
+fn read(files: &[Files], grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
     let mut known = Vec::new();
-    for Files { scene, force, depths } in FILES {
+    for Files { scene, force, depths } in files {
         let file = format!("{}_depth_force.csv", scene.name);
         let curve = ForceCurve::parse(force).map_err(|source| FitError::Reference { file: file.clone(), source })?;
         for &(depth_mm, loaded, unloaded) in *depths {

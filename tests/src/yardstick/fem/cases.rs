@@ -120,13 +120,13 @@ pub fn all() -> Vec<(&'static str, Kind)> {
     let fine = 4.0 / 3.0;
     let presses = [
         ("backed_base", backed(&[1.0, 2.0, 4.0])),
-        ("backed_ball8", of_ball(backed(&[1.0, 2.0]), 8.0, 1.0, 14.0)),
+        ("backed_ball8", of_ball(backed(&[1.0, 2.0, 4.0]), 8.0, 1.0, 14.0)),
         ("backed_ball20", of_ball(backed(&[1.0, 2.0, 4.0]), 20.0, fine, 22.0)),
-        ("backed_r40w6", of_wall(backed(&[1.0, 2.0]), 40.0, 6.0, 6)),
-        ("backed_e1y15", of_clay(backed(&[1.0, 2.0]), 1.0, 15.0)),
-        ("backed_e5y40", of_clay(backed(&[1.0, 2.0]), 5.0, 40.0)),
-        ("backed_e2y80", of_clay(backed(&[1.0, 2.0]), 2.0, 80.0)),
-        ("backed_wall12", of_wall(backed(&[2.0]), 60.0, 12.0, 8)),
+        ("backed_r40w6", of_wall(backed(&[1.0, 2.0, 4.0]), 40.0, 6.0, 6)),
+        ("backed_e1y15", of_clay(backed(&[1.0, 2.0, 4.0]), 1.0, 15.0)),
+        ("backed_e5y40", of_clay(backed(&[1.0, 2.0, 4.0]), 5.0, 40.0)),
+        ("backed_e2y80", of_clay(backed(&[1.0, 2.0, 4.0]), 2.0, 80.0)),
+        ("backed_wall12", of_wall(backed(&[2.0, 4.0]), 60.0, 12.0, 8)),
         ("backed_wall5", of_wall(backed(&[2.0]), 60.0, 5.0, 5)),
         ("loose_base", Case { support: Support::Loose, ..backed(&[1.0, 2.0]) }),
         ("hollow_base", hollow(&[1.0, 2.0, 4.0], 100.0)),
@@ -134,6 +134,21 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("hollow_r40w6", of_wall(hollow(&[2.0], 70.0), 40.0, 6.0, 6)),
         ("hollow_e1y15", of_clay(hollow(&[2.0], 70.0), 1.0, 15.0)),
         ("hollow_wall12", of_wall(hollow(&[2.0], 70.0), 60.0, 12.0, 8)),
+    ];
+    // no constant of the studio's clay was fitted to these
+    let held_out = [
+        ("held_ball10", of_ball(backed(&[1.0, 2.0, 4.0]), 10.0, 1.1, 16.0)),
+        ("held_ball16", of_ball(backed(&[1.0, 2.0, 4.0]), 16.0, fine, 19.0)),
+        ("held_wall6_ball20", of_ball(of_wall(backed(&[2.0, 4.0]), 60.0, 6.0, 5), 20.0, fine, 22.0)),
+        ("held_r40w6_ball16", of_ball(of_wall(backed(&[2.0, 4.0]), 40.0, 6.0, 5), 16.0, fine, 19.0)),
+        ("held_r80w10", of_wall(backed(&[1.0, 2.0, 4.0]), 80.0, 10.0, 7)),
+        ("held_e05y10_ball18", of_clay(of_ball(backed(&[1.0, 2.0, 4.0]), 18.0, fine, 20.0), 0.5, 10.0)),
+        (
+            "held_e35y40_r70w7_ball14",
+            of_clay(of_ball(of_wall(backed(&[1.0, 2.0, 4.0]), 70.0, 7.0, 6), 14.0, 1.2, 17.0), 3.5, 40.0),
+        ),
+        ("held_hollow_ball8", of_ball(hollow(&[2.0], 70.0), 8.0, 1.0, 14.0)),
+        ("held_hollow_r50w5_ball16", of_ball(of_wall(hollow(&[1.0, 2.0], 70.0), 50.0, 5.0, 5), 16.0, fine, 19.0)),
     ];
     let drawings = [
         ("stroke_d1f4", drawn(12.0, 8, &[[1.0, 0.0], [1.0, 4.0]])),
@@ -144,7 +159,7 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("stroke_ball16_d2", drawn(16.0, 7, &[[2.0, 0.0]])),
         ("stroke_ball20_d2", drawn(20.0, 8, &[[2.0, 0.0]])),
     ];
-    let presses = presses.into_iter().map(|(name, case)| (name, Kind::Press(case)));
+    let presses = presses.into_iter().chain(held_out).map(|(name, case)| (name, Kind::Press(case)));
     presses.chain(drawings.into_iter().map(|(name, case)| (name, Kind::Draw(case)))).collect()
 }
 
