@@ -310,6 +310,8 @@ fn first_contact_of_a_hand_that_rested_is_felt_as_that_of_one_that_did_not() {
                 most_m < Surface::STEP_M + 1e-6 && rounded * 200 < pressed,
                 "{gap_m} m, tick {from}: {rounded} of {pressed} elements are up to {most_m} m apart"
             );
+            let mean_m = apart_m.iter().sum::<f32>() / pressed as f32;
+            assert!(mean_m < 10e-9, "{gap_m} m, tick {from}: the pots are {mean_m} m apart on average");
         }
     }
 }
