@@ -368,17 +368,19 @@ impl Pressing {
         self.at = None;
     }
 
-    /// Displacement of the outer surface at any angle and height, mm (bilinear): what stays, or with the tool in and the
-    /// clay round it sunk. Elements are looked at when they are first asked for.
+    /// Displacement of the outer surface at any angle and height, mm (bilinear): what stays, or with the tool in, the
+    /// clay round it sunk and a hollow wall bent. Elements are looked at when they are first asked for.
     pub fn radial_mm(&self, release: bool) -> impl Fn(f64, f64) -> f64 {
         let surface = &self.pot.surfaces()[self.pot.skins()[0].surface];
         let shape = surface.shape();
+        let bend = self.contact.sink.filter(|_| !release).and_then(|sink| sink.bend(surface));
         let seen_m = move |column: u32, row: usize| {
             let stays_m = surface.column_m(column)[row];
             let Some(at) = self.at.filter(|_| !release) else { return stays_m };
             let (angle, z_m) = (column as f32 * shape.column_angle_rad(), surface.row_z_m(row as u32));
             let sunk_m = self.contact.sink.map_or(0.0, |sink| sink.depth_at_m(angle, z_m));
-            (stays_m - sunk_m).min(near_side_m(at, self.tool, angle, z_m))
+            let bent_m = bend.as_ref().map_or(0.0, |bend| bend.at_m(angle, z_m));
+            (stays_m - sunk_m - bent_m).min(near_side_m(at, self.tool, angle, z_m))
         };
         let known = vec![Cell::new(f64::NAN); shape.elements()];
         move |angle_rad, z_mm| {

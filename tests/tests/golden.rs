@@ -18,7 +18,7 @@ const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x3706_7
 const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x8c97_a94c_f961_6e33];
 
 /// The same of a hollow pot; the published methods know no wall that bends.
-const PINNED_HOLLOW: [u64; 3] = [PINNED[0], PINNED[1], 0xe068_7769_9bf6_50be];
+const PINNED_HOLLOW: [u64; 3] = [PINNED[0], PINNED[1], 0x94a0_2864_ebab_fce8];
 
 /// A run of each kind: what it is called, what it gives, what is pinned, and what is pressed away at least, mm³: of a hollow pot little, since what is
 /// pressed from without comes back from within.

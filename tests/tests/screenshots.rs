@@ -74,25 +74,34 @@ fn kept(pixels: &[u8]) -> Vec<u8> {
     folded(pixels, SIZE.0, KEPT)
 }
 
+/// The squares of two kept pictures outside of what is left out: left and top, and how much more the first has of each colour.
+fn squares(one: &[u8], other: &[u8], left_out: &[Part]) -> Vec<([usize; 2], [i32; 3])> {
+    let width = SIZE.0 / BLURRED;
+    let [one, other] = [one, other].map(|picture| folded(picture, SIZE.0 / KEPT, BLURRED / KEPT));
+    let pixels = one.as_chunks::<3>().0.iter().zip(other.as_chunks::<3>().0).enumerate();
+    let squares = pixels.map(|(at, (one, other))| {
+        ([at % width * BLURRED, at / width * BLURRED], [0, 1, 2].map(|of| i32::from(one[of]) - i32::from(other[of])))
+    });
+    let is_left_out = |[x, y]: [usize; 2]| {
+        let holds =
+            |&[left, top, wide, high]: &Part| (left..left + wide).contains(&x) && (top..top + high).contains(&y);
+        left_out.iter().any(holds)
+    };
+    squares.filter(|(at, _)| !is_left_out(*at)).collect()
+}
+
+/// Whether a square is far from what it should be.
+fn is_far((_, more): &([usize; 2], [i32; 3])) -> bool {
+    more.iter().any(|more| more.abs() > FAR)
+}
+
 /// Mean difference of two kept pictures outside of what is left out, in the colour that differs most, and the share of squares that are far apart.
 fn difference(one: &[u8], other: &[u8], left_out: &[Part]) -> (f64, f64) {
-    let width = SIZE.0 / BLURRED;
-    let is_left_out = |at: usize| {
-        let (x, y) = (at % width * BLURRED, at / width * BLURRED);
-        left_out
-            .iter()
-            .any(|[left, top, wide, high]| (*left..left + wide).contains(&x) && (*top..top + high).contains(&y))
-    };
-    let [one, other] = [one, other].map(|picture| folded(picture, SIZE.0 / KEPT, BLURRED / KEPT));
-    let (mut sums, mut far, mut count) = ([0; 3], 0, 0);
-    let pixels = one.as_chunks::<3>().0.iter().zip(other.as_chunks::<3>().0);
-    for (_, (one, other)) in pixels.enumerate().filter(|(at, _)| !is_left_out(*at)) {
-        let apart = [0, 1, 2].map(|of| i32::from(one[of].abs_diff(other[of])));
-        apart.iter().zip(&mut sums).for_each(|(apart, sum)| *sum += apart);
-        (far, count) = (far + i32::from(apart.iter().any(|apart| *apart > FAR)), count + 1);
-    }
-    let most = sums.into_iter().max().unwrap_or_default();
-    (f64::from(most) / f64::from(count), f64::from(far) / f64::from(count))
+    let squares = squares(one, other, left_out);
+    let sum = |of: usize| squares.iter().map(|(_, more)| more[of].abs()).sum::<i32>();
+    let most = [0, 1, 2].map(sum).into_iter().max().unwrap_or_default();
+    let far = squares.iter().filter(|square| is_far(square)).count();
+    (f64::from(most) / squares.len() as f64, far as f64 / squares.len() as f64)
 }
 
 fn is_same((mean, far): (f64, f64), comes: Comes) -> bool {
@@ -171,7 +180,9 @@ fn until_as(display: &Display, name: &str, comes: Comes, left_out: &[Part]) {
         if Instant::now() > deadline {
             let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("png");
             write(&kept, &seen);
-            panic!("{name}: {mean:.3} and {far:.4} from {}; seen: {}", path.display(), kept.display());
+            let mut apart = squares(&seen, &expected, left_out);
+            apart.retain(is_far);
+            panic!("{name}: {mean:.3} and {far:.4} from {}; seen: {}; {apart:?}", path.display(), kept.display());
         }
         std::thread::sleep(Duration::from_millis(200));
     }

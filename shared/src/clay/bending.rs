@@ -114,6 +114,13 @@ impl WallBending {
         (libm::logf(reach) - 0.5 - 1.0 / 12.0).max(0.0) / plate.eight_pi_rigidity()
     }
 
+    /// Compliance by which a wall is near to folding at a height, for a point: at half its height or there, whichever is more. The foot
+    /// holds the wall beside it, which does not fold before it gives way.
+    #[must_use]
+    pub fn fold_compliance(&self, z_m: f32) -> f32 {
+        self.compliance(z_m, 0.0).max(self.compliance(0.5 * self.height_m, 0.0))
+    }
+
     /// Load at which a plate as thick as the wall folds about it, a force over Young's modulus, m², for clay that yields at a share
     /// of Young's modulus.
     ///

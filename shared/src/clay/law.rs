@@ -23,6 +23,9 @@ const DEEP_MAX: f32 = 0.5;
 /// Largest share that rises, with what an open side adds: the finite elements go to 0.68, and a rim that gave back all would grow before
 /// a sliding tool without end.
 const RISES_MAX: f32 = 0.75;
+/// Sixth power of the force on a hollow wall, over that at which it folds, at which half of all that clay on it weakens is reached: the
+/// finite elements go to 1.3, and clay that went on weakening would let a tool through.
+const FOLDS_HALF: f32 = 1.4;
 /// Most by which a rim is uneven, where a tool is more than half as wide as the pot: no data are beyond a third.
 const AROUND_MAX: f32 = 0.5;
 
@@ -31,7 +34,7 @@ const AROUND_MAX: f32 = 0.5;
 /// The first twelve are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
 /// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125; other spheres, pots and clays are held
 /// out. The eight of sliding are fitted by it to balls of 12 and 20 mm drawn along such a wall 1 and 2 mm deep; a ball of 16 mm is held
-/// out. The last is fitted by it to the force on balls of 12 and 20 mm pressed up to 4 mm into hollow pots.
+/// out. The last two are fitted by it to the forces on balls of 12 and 20 mm pressed up to 4 mm into hollow pots, and to the pots' shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticLaw {
     /// Indentation pressure over yield stress of clay that flows wholly, under a tool without slope on a thick wall; Tabor 1951
@@ -77,6 +80,9 @@ pub struct PlasticLaw {
     pub slide_heap: f32,
     /// By how much more a hollow wall gives way than an elastic one where the force on it is that at which a plate folds.
     pub wall_softer: f32,
+    /// What clay on a core bears over what it bears there, less 1, for each unit of the sixth power of that force: clay that is strained by
+    /// bending has less left for the tool.
+    pub wall_weaker: f32,
 }
 
 impl PlasticLaw {
@@ -102,7 +108,8 @@ impl PlasticLaw {
         slide_steep_from: 0.239,
         slide_narrow: 2.16,
         slide_heap: 0.286,
-        wall_softer: 0.382,
+        wall_softer: 0.299,
+        wall_weaker: 0.837,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the
@@ -110,6 +117,11 @@ impl PlasticLaw {
     pub(super) fn hardness(&self, strain: f32, slope: f32, layer: f32) -> f32 {
         let flowing = self.hardness - self.hardness_by_slope * slope * slope - self.hardness_by_layer * layer;
         (flowing * strain / (strain + self.hardness_strain)).max(HARDNESS_MIN)
+    }
+
+    /// What is left of the pressure on a hollow wall, for the sixth power of the force on it over that at which a plate folds.
+    pub(super) fn unfolded(&self, folds: f32) -> f32 {
+        1.0 / (1.0 + self.wall_weaker / (1.0 / folds + 1.0 / FOLDS_HALF))
     }
 
     /// The factors of −q² and −q⁶ of the elastic depth inside of a contact.

@@ -49,9 +49,9 @@ const EDGE_M: f32 = 1e-6;
 ///   `g = (s² − 0.24)⁺` the pressure is less by `0.25·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
 ///   what of the force is against the motion is 0.28·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
-///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
-///   the clay's back is free. All of w springs back. Tools at one pot bend it each on their own: what one does to another is
-///   left out.
+///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
+///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.84·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
+///   springs back. Tools at one pot bend it each on their own: what one does to another is left out.
 ///
 /// `tests/tests/reference.rs` and `tests/tests/hollow.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -109,6 +109,7 @@ impl PlasticCsem {
             simd,
             &at,
             contacts,
+            &way,
             #[inline(always)]
             |_, chunk, above| chunk.penetration_m.on(above.simd),
         );
@@ -159,6 +160,7 @@ impl PlasticCsem {
         simd: S,
         at: &At<'_>,
         contacts: &Contacts,
+        way: &GivenWay,
         penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
     ) -> Option<Met> {
         let (ellipse, slope) = apart(
@@ -167,20 +169,13 @@ impl PlasticCsem {
             || contact_ellipse(simd, contacts, &at.step, penetration_m),
         )?;
         let slide = Slide::of(at.press, &ellipse);
-        let (support, thickness_m) = (at.surface.support(), at.surface.thickness_m());
-        Some(self.met(ellipse, slope, slide, at.press.strength, support, thickness_m))
+        let behind = Behind { support: at.surface.support(), thickness_m: at.surface.thickness_m(), folds: way.folds };
+        Some(self.met(ellipse, slope, slide, at.press.strength, behind))
     }
 
     /// What clay opposes to a contact under which the tool has a slope at its edge.
-    pub(super) fn met(
-        &self,
-        ellipse: Ellipse,
-        slope: f32,
-        slide: Slide,
-        strength: Strength,
-        support: Support,
-        thickness_m: f32,
-    ) -> Met {
+    pub(super) fn met(&self, ellipse: Ellipse, slope: f32, slide: Slide, strength: Strength, behind: Behind) -> Met {
+        let Behind { support, thickness_m, folds } = behind;
         let law = &self.law;
         let youngs_reduced_pa = strength.youngs_pa / (1.0 - POISSON * POISSON);
         let strain = youngs_reduced_pa / strength.yield_pa * slope.max(SLOPE_MIN);
@@ -190,7 +185,7 @@ impl PlasticCsem {
             Support::Backed => (half_m / thickness_m, layer_depth_m(half_m, thickness_m)),
             Support::Hollow => (0.0, 2.0 * half_m),
         };
-        let hardness_pa = strength.yield_pa * law.hardness(strain, slope, layer);
+        let hardness_pa = strength.yield_pa * law.hardness(strain, slope, layer) * law.unfolded(folds);
         let spot = Spot {
             elastic_m: law.recovery * hardness_pa / youngs_reduced_pa * depth_m,
             bowl: law.bowl(support, layer),
@@ -218,6 +213,7 @@ impl PlasticCsem {
         let Some(bending) = surface.bending() else { return GivenWay::default() };
         let Strength { yield_pa, youngs_pa } = press.strength;
         let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
+        let fold_m = hinge.fold_m2 * bending.fold_compliance(press.centre_m.z);
         let asked = |contacts: &Contacts, way: &GivenWay| {
             simd.vectorize(
                 #[inline(always)]
@@ -225,12 +221,13 @@ impl PlasticCsem {
                     let (met, carried) = self.rest(simd, at, contacts, way)?;
                     let force_n = carried * (met.pressure_pa * step.element_rad_m);
                     let ellipse = &met.spot.ellipse;
-                    let patch_m = ellipse.mean_half_m();
                     Some(Asked {
                         load_m2: force_n / youngs_pa,
-                        compliance_per_m: bending.compliance(press.centre_m.z + ellipse.above_m, patch_m),
-                        bow_per_m3: bending.bow(patch_m),
+                        bending,
+                        z_m: press.centre_m.z + ellipse.above_m,
+                        patch_m: ellipse.mean_half_m(),
                         hinge,
+                        fold_m,
                     })
                 },
             )
@@ -245,12 +242,22 @@ impl PlasticCsem {
             simd,
             at,
             contacts,
+            way,
             #[inline(always)]
             |column, chunk, above| way.rest(column, chunk, above),
         )?;
         let carried = radial(simd, at.press, &met.spot, contacts, way);
         Some((met, carried))
     }
+}
+
+/// What stands behind a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Behind {
+    pub(super) support: Support,
+    pub(super) thickness_m: f32,
+    /// See [`GivenWay::folds`]; zero where the wall does not bend.
+    pub(super) folds: f32,
 }
 
 /// A press on a surface, and the size of its elements.

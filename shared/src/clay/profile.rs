@@ -13,7 +13,7 @@ use super::lanes::{
     LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, Vectors, counted, f32x8, only, positive, splat, sum,
     with_vectors,
 };
-use super::plastic::{Bed, Met, Slide, Spot};
+use super::plastic::{Bed, Behind, Met, Slide, Spot};
 use super::rim::{Rim, RimShape};
 use super::{Contact, PlasticCsem, Strength, Support};
 use crate::tool::STEEPEST;
@@ -191,7 +191,8 @@ impl Profile {
         };
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
         let slide = Slide { along: share, up: 0.0, share };
-        let met = law.met(ellipse, slope, slide, pass.strength, Support::Backed, self.thickness_m);
+        let behind = Behind { support: Support::Backed, thickness_m: self.thickness_m, folds: 0.0 };
+        let met = law.met(ellipse, slope, slide, pass.strength, behind);
         let Met { spot, pressure_pa, strain, around, rim_width } = &met;
         let (carried, dent) = self.press(simd, pass, spot, rows);
         if let Some(dent) = dent {

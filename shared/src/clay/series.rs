@@ -4,6 +4,7 @@
 //! Invariant: the same question always takes the same steps to the same answer, and never more than [`LOOKS_MAX`] looks at the
 //! contact.
 
+use super::WallBending;
 use super::contact::{Chunk, Column, Contacts};
 use super::lanes::{Simd, SimdBase, SimdMask, f32x8, positive, splat};
 
@@ -12,6 +13,8 @@ pub(super) const LOOKS_MAX: u32 = 8;
 /// Difference between what the wall bears and what is on it at which both are taken as one, as a share of it; it bounds the
 /// error of the force.
 const CLOSE: f32 = 1.0 / 400.0;
+/// Smallest square of a contact's radius that is counted on before it is looked at, over the last one's.
+const PATCH_MIN: f32 = 1e-3;
 
 /// How far the wall gives way under a tool: `depth − bow·s²` at the distance s from it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,35 +27,54 @@ pub(super) struct GivenWay {
     pub(super) load_m2: f32,
     /// What of the depth an elastic wall would not give way, m.
     pub(super) hinge_m: f32,
+    /// Sixth power of how near the wall is to folding: see [`Hinge`].
+    pub(super) folds: f32,
 }
 
 /// What a contact asks of the wall.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Asked {
+pub(super) struct Asked<'a> {
     /// Force on the wall over Young's modulus, m².
     pub(super) load_m2: f32,
-    /// Depth and bow that a load makes, 1/m and 1/m³: see [`super::WallBending`].
-    pub(super) compliance_per_m: f32,
-    pub(super) bow_per_m3: f32,
-    /// When it yields.
+    pub(super) bending: &'a WallBending,
+    /// Height of the contact's middle, and its radius, m.
+    pub(super) z_m: f32,
+    pub(super) patch_m: f32,
+    /// When the wall yields.
     pub(super) hinge: Hinge,
+    /// How far an elastic wall would give way to the force at which it folds, m, whatever the contact is.
+    pub(super) fold_m: f32,
 }
 
-impl Asked {
+impl Asked<'_> {
+    /// Depth that a load makes, 1/m.
+    fn compliance_per_m(&self) -> f32 {
+        self.bending.compliance(self.z_m, self.patch_m)
+    }
+
     /// How far an elastic wall would give way, m.
     fn elastic_m(&self) -> f32 {
-        self.load_m2 * self.compliance_per_m
+        self.load_m2 * self.compliance_per_m()
     }
 
     /// How far an elastic wall would give way to what gives this one way by a depth, m.
     fn borne_m(&self, depth_m: f32) -> f32 {
-        self.hinge.load_m2(depth_m / self.compliance_per_m) * self.compliance_per_m
+        let compliance_per_m = self.compliance_per_m();
+        self.hinge.load_m2(depth_m / compliance_per_m) * compliance_per_m
     }
 
-    fn given(&self, depth_m: f32) -> GivenWay {
-        let load_m2 = self.hinge.load_m2(depth_m / self.compliance_per_m);
-        let hinge_m = (depth_m - load_m2 * self.compliance_per_m).max(0.0);
-        GivenWay { depth_m, bow_per_m: load_m2 * self.bow_per_m3, load_m2, hinge_m }
+    /// The wall that gives way by a depth under a contact that is left so many times as deep as this one: its radius, by which the wall
+    /// bows, has to go with it, or a look would be at another wall than the next.
+    fn given(&self, depth_m: f32, deeper: f32) -> GivenWay {
+        // as a sphere's; a wider one is not counted on, since beside the foot the wall would not give way to it
+        let patch_m = self.patch_m * libm::sqrtf(deeper.clamp(PATCH_MIN, 1.0));
+        let compliance_per_m = self.bending.compliance(self.z_m, patch_m);
+        let load_m2 = self.hinge.load_m2(depth_m / compliance_per_m);
+        let hinge_m = (depth_m - load_m2 * compliance_per_m).max(0.0);
+        // told by the depth alone, or one look at the contact would decide on what the next one meets
+        let along = Hinge { fold_m2: self.fold_m, ..self.hinge };
+        let folds = along.folds(along.load_m2(depth_m));
+        GivenWay { depth_m, bow_per_m: load_m2 * self.bending.bow(patch_m), load_m2, hinge_m, folds }
     }
 }
 
@@ -70,10 +92,15 @@ impl Hinge {
     /// Newton's steps, from a start that is at most a tenth too high: what is left is below the rounding of `f32`.
     const STEPS: u32 = 4;
 
+    /// `(L/P)⁶`.
+    fn folds(&self, load_m2: f32) -> f32 {
+        let square = (load_m2 / self.fold_m2) * (load_m2 / self.fold_m2);
+        square * square * square
+    }
+
     /// `α·(L/P)⁶`.
     fn softer(&self, load_m2: f32) -> f32 {
-        let square = (load_m2 / self.fold_m2) * (load_m2 / self.fold_m2);
-        self.share * square * square * square
+        self.share * self.folds(load_m2)
     }
 
     /// L for `L·(1 + α·(L/P)⁶)`, which is an elastic wall's load for the same depth, m².
@@ -109,10 +136,10 @@ impl GivenWay {
     /// while the wall is elastic, so that g is nearly straight: regula falsi, the end that stays brought nearer as by Anderson and
     /// Björck (1973). `asked` tells F and C of the contact that is left, and nothing when none is.
     #[inline(always)]
-    pub(super) fn settled<S: Simd>(
+    pub(super) fn settled<'a, S: Simd>(
         simd: S,
         contacts: &mut Contacts,
-        asked: impl Fn(&Contacts, &Self) -> Option<Asked>,
+        asked: impl Fn(&Contacts, &Self) -> Option<Asked<'a>>,
     ) -> Self {
         let Some(mut asks) = asked(contacts, &Self::default()).filter(|asks| asks.load_m2 > 0.0) else {
             return Self::default();
@@ -125,11 +152,15 @@ impl GivenWay {
         let mut high = End { depth_m: contacts.deepest_m, excess: straight(asks.borne_m(contacts.deepest_m)) };
         let mut depth_m = low.root_m(&high);
         let mut stayed = None;
+        let deepest_m = contacts.deepest_m;
+        let mut asked_at_m = 0.0;
         for _ in 1..LOOKS_MAX {
-            let way = asks.given(depth_m);
+            let way = asks.given(depth_m, (deepest_m - depth_m) / (deepest_m - asked_at_m));
             let next = asked(contacts, &way);
             let asked_m = next.map_or(0.0, |next| next.elastic_m());
-            asks = next.unwrap_or(asks);
+            if let Some(next) = next {
+                (asks, asked_at_m) = (next, depth_m);
+            }
             let borne_m = asks.borne_m(depth_m);
             if (borne_m - asked_m).abs() <= CLOSE * borne_m {
                 break;
@@ -153,7 +184,7 @@ impl GivenWay {
             }
             depth_m = low.root_m(&high);
         }
-        let way = asks.given(depth_m);
+        let way = asks.given(depth_m, (deepest_m - depth_m) / (deepest_m - asked_at_m));
         contacts.replace(
             simd,
             #[inline(always)]

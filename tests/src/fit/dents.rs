@@ -1,9 +1,9 @@
-//! The dents that a law is fitted to and those that it is held against: finite-element ones of a backed wall, or a law's own.
+//! The dents that a law is fitted to and those that it is held against: finite-element ones of backed and hollow walls, or a law's own.
 //!
 //! Owns the lists of files and the raster on which surfaces are compared.
 //! Invariant: a dent's surfaces are read on the raster once; a fit only presses.
 
-use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
+use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw, Support};
 
 use super::{FitError, STEPS_IN};
 use crate::chart::cases::{BASE, Scene};
@@ -79,12 +79,25 @@ const HELD_OUT: &[Files] = &[
     ),
 ];
 
+const HOLLOW: &[Files] = &[
+    files!("hollow_base", BASE, 1 2 4),
+    files!("hollow_ball20", Scene { tool_mm: 20.0, ..BASE }, 2),
+    files!("hollow_e1y15", Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }, 2),
+    files!("hollow_r40w6", Scene { pot_mm: [40.0, 6.0], ..BASE }, 2),
+    files!("hollow_wall12", Scene { pot_mm: [60.0, 12.0], ..BASE }, 2),
+];
+
+const HOLLOW_HELD_OUT: &[Files] = &[
+    files!("held_hollow_ball8", Scene { tool_mm: 8.0, ..BASE }, 2),
+    files!("held_hollow_r50w5_ball16", Scene { pot_mm: [50.0, 5.0], tool_mm: 16.0, ..BASE }, 1 2),
+];
+
 /// Every finite-element dent of a backed wall that the law is fitted to, to be made again on a grid.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged or knows no force at its travel.
 pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
-    read(FILES, grid)
+    read(FILES, Support::Backed, grid)
 }
 
 /// Those that nothing is fitted to: other balls, pots, walls and clays.
@@ -92,10 +105,26 @@ pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
 /// # Errors
 /// As [`finite_elements`].
 pub fn held_out(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
-    read(HELD_OUT, grid)
+    read(HELD_OUT, Support::Backed, grid)
 }
 
-fn read(files: &[Files], grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
+/// Every finite-element dent of a hollow wall that the law's wall is fitted to.
+///
+/// # Errors
+/// As [`finite_elements`].
+pub fn hollow(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
+    read(HOLLOW, Support::Hollow, grid)
+}
+
+/// Those that nothing is fitted to.
+///
+/// # Errors
+/// As [`finite_elements`].
+pub fn hollow_held_out(grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
+    read(HOLLOW_HELD_OUT, Support::Hollow, grid)
+}
+
+fn read(files: &[Files], support: Support, grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
     let mut known = Vec::new();
     for Files { scene, force, depths } in files {
         let file = format!("{}_depth_force.csv", scene.name);
@@ -105,7 +134,7 @@ fn read(files: &[Files], grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
                 let file = || format!("{}_d{depth_mm}{state}_profile.csv", scene.name);
                 Profile::parse(text).map_err(|source| FitError::Reference { file: file(), source })
             };
-            let dent = backed(scene, grid, depth_mm);
+            let dent = pressed(scene, support, grid, depth_mm);
             let (loaded, unloaded) = (profile('L', loaded)?, profile('U', unloaded)?);
             let reached = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM);
             known.push(KnownDent {
@@ -122,9 +151,9 @@ fn read(files: &[Files], grid: GridShape) -> Result<Vec<KnownDent>, FitError> {
 }
 
 /// A press whose pot keeps its height, as the reference's does.
-fn backed(scene: &Scene, grid: GridShape, depth_mm: f32) -> Dent {
+fn pressed(scene: &Scene, support: Support, grid: GridShape, depth_mm: f32) -> Dent {
     let mut dent = scene.dent(grid, depth_mm, true);
-    dent.pot.keeps_volume = false;
+    (dent.pot.support, dent.pot.keeps_volume) = (support, false);
     dent
 }
 
@@ -145,7 +174,7 @@ impl KnownDent {
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn of_law(law: PlasticLaw, scene: &Scene, grid: GridShape, depth_mm: f32) -> Result<Self, DentError> {
-        let dent = backed(scene, grid, depth_mm);
+        let dent = pressed(scene, Support::Backed, grid, depth_mm);
         let pressed = dent.press_with(PlasticCsem { law }, STEPS_IN)?;
         let force_n = pressed.contact().force_n.x.into();
         Ok(Self {

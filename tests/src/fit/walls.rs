@@ -1,12 +1,13 @@
-//! Hollow pots pressed to every depth that the finite elements know a force at: how much a wall softens that yields.
+//! Hollow pots pressed to every depth that the finite elements know a force at: how much a wall softens that yields, and the clay at
+//! it.
 //!
-//! Owns the list of files and what of a curve is compared; only forces are, since what a wall keeps of its bending is left out.
+//! Owns the list of files and what of a curve is compared; surfaces are [`super::dents`]'.
 //! Invariant: a curve is read once, on its first way in.
 
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw, Support};
 
-use super::dents::STOPS_WITHIN_MM;
-use super::{FitError, Fitted, STEPS_IN, simplex};
+use super::dents::{KnownDent, STOPS_WITHIN_MM};
+use super::{FitError, Fitted, STEPS_IN, misfits, simplex};
 use crate::chart::cases::{BASE, Scene};
 use crate::dent::Dent;
 use crate::reference::ForceCurve;
@@ -81,26 +82,42 @@ pub fn errors(law: PlasticLaw, known: &[KnownForce]) -> Result<Vec<f64>, FitErro
         .collect()
 }
 
-/// Root mean square of the errors of a law.
+/// Constants of a hollow wall, in this order.
+pub const HOLLOW: [&str; 2] = ["wall_softer", "wall_weaker"];
+
+/// The constants of a hollow wall.
+#[must_use]
+pub fn hollow(law: &PlasticLaw) -> [f64; 2] {
+    [law.wall_softer, law.wall_weaker].map(f64::from)
+}
+
+/// Root mean square of the errors of a law's forces, and the mean over dents of hollow walls of the root mean squares of both surfaces,
+/// over the travel.
 ///
 /// # Errors
 /// [`FitError::Dent`] for figures that make no sense.
-pub fn score(law: PlasticLaw, known: &[KnownForce]) -> Result<f64, FitError> {
-    let errors = errors(law, known)?;
-    Ok((errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt())
+pub fn score(law: PlasticLaw, forces: &[KnownForce], dents: &[KnownDent]) -> Result<f64, FitError> {
+    let errors = errors(law, forces)?;
+    let misfits = misfits(law, dents)?;
+    let surfaces = misfits.iter().map(|misfit| misfit.loaded + misfit.permanent).sum::<f64>() / misfits.len() as f64;
+    Ok((errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt() + surfaces)
 }
 
-/// Fits the softening of a wall, with all else of `start` held.
+/// Fits both constants, with all else of `start` held.
 ///
 /// # Errors
 /// [`FitError::Dent`] for figures that make no sense.
 pub fn fit(
     start: PlasticLaw,
-    known: &[KnownForce],
+    forces: &[KnownForce],
+    dents: &[KnownDent],
     iterations: u32,
     tell: impl FnMut(u32, f64),
 ) -> Result<Fitted, FitError> {
-    let law = |[wall_softer]: [f64; 1]| PlasticLaw { wall_softer: wall_softer.max(0.0) as f32, ..start };
-    let found = simplex::descend([f64::from(start.wall_softer)], iterations, |at| score(law(at), known), tell)?;
+    let law = |at: [f64; 2]| {
+        let [wall_softer, wall_weaker] = at.map(|value| value.max(0.0) as f32);
+        PlasticLaw { wall_softer, wall_weaker, ..start }
+    };
+    let found = simplex::descend(hollow(&start), iterations, |at| score(law(at), forces, dents), tell)?;
     Ok(Fitted { law: law(found.at), score: found.value })
 }
