@@ -288,9 +288,9 @@ impl HapticLoop {
     /// The force between two ticks, and the elements touched.
     fn feel(&mut self, tick: Tick, grip: Grip, centre: Position) -> (Vec3, u32) {
         let sample = self.sample(tick, grip, centre);
-        let Contact { force_n, elements, penetration_m, .. } = self.hand.feel(&sample);
+        let Contact { force_n, elements, penetration_m, held_n, .. } = self.hand.feel(&sample);
         let (wet, _) = self.wet(&sample, elements);
-        (self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, wet }), elements)
+        (self.haptics.render(&Touch { centre: sample.centre, force_n, penetration_m, held_n, wet }), elements)
     }
 
     /// What goes by under the tool and wets it, where the method knows wetness; and how fast, m/s.
@@ -336,12 +336,12 @@ impl HapticLoop {
     fn press(&mut self, tick: Tick, grip: Grip, centre: Position, dt: Seconds) -> Felt {
         let sample = self.sample(tick, grip, centre);
         let centre = sample.centre;
-        let Some(Contact { force_n, elements, penetration_m, .. }) = self.meet(&sample) else {
+        let Some(Contact { force_n, elements, penetration_m, held_n, .. }) = self.meet(&sample) else {
             self.haptics.rest();
             return Felt::default();
         };
         let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
-        let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, wet });
+        let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, held_n, wet });
         let last_centre = self.last_centre.replace(centre);
         let is_still = elements == 0 && last_centre == Some(centre) && clay_velocity_m_s == Vec3::ZERO;
         self.still_ticks = if is_still { self.still_ticks.saturating_add(1) } else { 0 };

@@ -16,7 +16,7 @@
 //! | correction | what corrected clay changes comes at 2 to 20 N/s: in 20 ms, with a step of the encoders, no more than a hand tells apart | force limen of 7 to 10 % |
 //! | guidance | a teacher's hand on this one ([`Guidance`]) | Emken, Benitez and Reinkensmeyer 2007; Lee and Choi 2010 |
 //! | passivity | observer and controller, with the delay accounted for; what it damped by goes at 50 N/s | Hannaford and Ryu 2002 |
-//! | ramp | after a pause the force comes at 100 N/s | chosen |
+//! | ramp | for 0.1 s after a pause, and until it is there, the force comes at 100 N/s | chosen |
 //! | limit | no longer than the device's peak, direction kept | the device |
 //!
 //! Invariant: the force it returns is finite and no longer than the device's limit, whatever came in.

@@ -145,7 +145,7 @@ const DT: Seconds = Seconds(1e-3);
 /// A wall at x = 0 with 10 N/mm, on whose face clay goes by.
 fn wall(centre: Position, wet: Option<Wet>) -> Touch {
     let penetration_m = (-centre.point_m().x).max(0.0);
-    Touch { centre, force_n: Vec3::X * (penetration_m * 1e4), penetration_m, wet }
+    Touch { centre, force_n: Vec3::X * (penetration_m * 1e4), penetration_m, held_n: 0.0, wet }
 }
 
 fn clay_of(preset: Preset, velocity_m_s: Vec3) -> Wet {
@@ -283,6 +283,45 @@ fn chain_of_another_device_is_tuned_to_it_and_its_force_comes_by_the_ramp() {
     assert!(chain.accept(Some(at_m), None, DT).is_some() && chain.fault().is_none());
 }
 
+/// Two slopes that fall towards each other at 45°, with 40 N/mm each.
+fn groove(centre: Position) -> Touch {
+    let [x, _, z] = centre.point_m().to_array();
+    let pushes_n = [x, -x].map(|aside_m| 4e4 * (aside_m - z).max(0.0) / core::f32::consts::SQRT_2);
+    let level_n = pushes_n[1] - pushes_n[0];
+    let parts_n = pushes_n.map(|push_n| push_n / core::f32::consts::SQRT_2);
+    Touch {
+        centre,
+        force_n: Vec3::new(level_n, 0.0, pushes_n[0] + pushes_n[1]) / core::f32::consts::SQRT_2,
+        penetration_m: (x.abs() - z).max(0.0) / core::f32::consts::SQRT_2,
+        held_n: parts_n[0] + parts_n[1] - (parts_n[0] - parts_n[1]).abs(),
+        wet: None,
+    }
+}
+
+#[test]
+fn a_tool_that_clay_holds_on_both_sides_is_not_thrown_from_one_to_the_other() {
+    // a hand in a groove, which goes from side to side at up to 15 mm/s
+    let largest_change_n = |is_known: bool| {
+        let mut chain = Haptics::new(Setup::for_device(DeviceSpecs::OMNI, 0.2));
+        let mut forces_n = Vec::new();
+        for tick in 0..2000_u16 {
+            let seconds = f32::from(tick) * DT.0;
+            let at_m = Vec3::new(2e-3 * (7.5 * seconds).sin(), 0.0, 1e-3 - (5e-3 * seconds).min(3e-3));
+            let centre = chain.accept(Some(at_m), None, DT).unwrap();
+            let touch = groove(centre);
+            let held_n = if is_known { touch.held_n } else { 0.0 };
+            forces_n.push(chain.render(&Touch { held_n, ..touch }));
+        }
+        forces_n[1000..].windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f32::max)
+    };
+    let [known_n, unknown_n] = [true, false].map(largest_change_n);
+    // a hand tells 0.1 N apart
+    assert!(
+        known_n < 0.1 && unknown_n > 5.0 * known_n,
+        "{unknown_n} N in a tick where it is not known, {known_n} N where it is"
+    );
+}
+
 #[test]
 fn what_damps_a_hand_that_a_standing_force_has_thrown_lets_go_little_by_little() {
     // a device that bears more than is asked for, so that the limit hides nothing
@@ -356,7 +395,8 @@ fn force_is_finite_and_within_the_peak_whatever_comes() {
             if strange {
                 chain.clay_corrected();
             }
-            let force_n = chain.render(&Touch { force_n, penetration_m: number(sound.penetration_m), ..sound });
+            let (penetration_m, held_n) = (number(sound.penetration_m), number(sound.held_n));
+            let force_n = chain.render(&Touch { force_n, penetration_m, held_n, ..sound });
             assert!(
                 force_n.is_finite() && force_n.length() <= 3.3 * (1.0 + 1e-6),
                 "{stages:?}, tick {tick}: {force_n}"

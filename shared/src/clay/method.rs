@@ -17,6 +17,9 @@ pub struct Contact {
     pub elements: u32,
     /// Largest penetration, m.
     pub penetration_m: f32,
+    /// What of the clay's push towards the pot's axis, or away from it, cancels itself out over the contact, N: nothing where a tool
+    /// stands before a wall, much where a ring of clay holds it on all sides. Zero for the methods that know no pressure.
+    pub held_n: f32,
     /// How the clay gives way elastically round the contact, for the method that has it.
     pub sink: Option<Sink>,
 }

@@ -166,6 +166,7 @@ impl<S: Simd> Sums<S> {
             force_n: point + line + turned(Vec3::new(0.0, drag, 0.0), angle_rad),
             elements,
             penetration_m: deepest_m,
+            held_n: 0.0,
             sink: None,
         }
     }

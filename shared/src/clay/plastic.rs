@@ -133,8 +133,11 @@ impl PlasticCsem {
             );
         }
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
+        let newtons = pressure_pa * step.element_rad_m;
+        let level = libm::hypotf(carried.normals.x, carried.normals.y);
         Contact {
-            force_n: normals * (pressure_pa * step.element_rad_m),
+            force_n: normals * newtons,
+            held_n: (carried.all - level).max(0.0) * newtons,
             elements: contacts.elements,
             penetration_m: contacts.deepest_m,
             sink: Some(Sink {

@@ -211,6 +211,7 @@ impl Profile {
             force_n: carried.force * (pressure_pa * self.step.row_m),
             elements: (ellipse.content / (ellipse.radius_m * self.step.element_rad_m)) as u32,
             penetration_m: carried.deepest_m,
+            held_n: 0.0,
             sink: None,
         }
     }

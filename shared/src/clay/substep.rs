@@ -254,6 +254,7 @@ impl SubStep {
             total.force_n += contact.force_n;
             total.elements += contact.elements;
             total.penetration_m = total.penetration_m.max(contact.penetration_m);
+            total.held_n += contact.held_n;
             total.sink = contact.sink;
         }
         total
@@ -290,6 +291,7 @@ impl SubStep {
                 total.force_n += contact.force_n;
                 total.elements += contact.elements;
                 total.penetration_m = total.penetration_m.max(contact.penetration_m);
+                total.held_n += contact.held_n;
                 total.sink = contact.sink;
             }
             if let [alone] = footprints {

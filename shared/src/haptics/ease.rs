@@ -82,15 +82,16 @@ impl Correction {
 pub(super) struct Ramp {
     given_n: Vec3,
     is_follower: bool,
+    /// Time since the pause, s.
     passed_s: f32,
 }
 
 impl Ramp {
     /// How fast the force comes, N/s: a tenth of a newton in a tick of 1 kHz.
     const RATE_N_S: f32 = 100.0;
-    /// For so long after a pause nothing is followed yet, s: a proxy that begins in the clay has no force at first, and finds its place in
-    /// ten Newton steps.
-    const SETTLES_S: f32 = 0.01;
+    /// For so long after a pause nothing is followed yet, s: a proxy that begins in the clay finds its place in ten Newton steps, and a hand that the
+    /// force of before the pause has thrown swings back within a tenth of a second.
+    const SETTLES_S: f32 = 0.1;
     /// A tick that is longer is a loop that stood still.
     const STALL_S: f32 = 3.5e-3;
     const TICK_S: f32 = 1e-3;
@@ -98,13 +99,16 @@ impl Ramp {
     /// The force to give, N.
     pub(super) fn ease(&mut self, force_n: Vec3, dt: Seconds) -> Vec3 {
         if dt.0 > Self::STALL_S {
-            self.is_follower = false;
+            (self.is_follower, self.passed_s) = (false, 0.0);
         }
         let change_n = force_n - self.given_n;
         let most_n = Self::RATE_N_S * dt.0.min(Self::TICK_S);
         self.passed_s += dt.0.min(Self::TICK_S);
-        self.is_follower |= self.passed_s > Self::SETTLES_S && change_n.length() <= most_n;
-        self.given_n = if self.is_follower { force_n } else { self.given_n + change_n.clamp_length_max(most_n) };
+        let keeps_up = change_n.length() <= most_n;
+        self.is_follower |= keeps_up && self.passed_s > Self::SETTLES_S;
+        // what keeps up is the force itself, to the bit
+        let is_there = keeps_up || self.is_follower;
+        self.given_n = if is_there { force_n } else { self.given_n + change_n.clamp_length_max(most_n) };
         self.given_n
     }
 

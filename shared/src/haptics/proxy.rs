@@ -19,6 +19,8 @@ pub struct Touch {
     pub force_n: Vec3,
     /// Largest penetration, m.
     pub penetration_m: f32,
+    /// See [`Contact::held_n`](crate::clay::Contact::held_n).
+    pub held_n: f32,
     /// The clay along which it slides; `None` where the method brings its own drag or there is none.
     pub wet: Option<Wet>,
 }
@@ -29,7 +31,8 @@ pub struct Touch {
 /// `Δ = (s·F + K·(x_d − x))·n/(K + k)`, where k = 2·s·F/p is the slope of a contact whose area grows with its depth p and more than that of one
 /// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. At an edge, where a contact
 /// grows faster than that, k is what the last tick's place and force say. Across the
-/// normal it slides as [`Drag`] lets it. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`, until
+/// normal it slides as [`Drag`] lets it, and where clay holds it on all sides, as in a narrow opening, by `K/(K + k')` of that, with k' the slope
+/// of that hold: else it is thrown from one side to the other tick by tick. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`, until
 /// it is free and where the device is: without that it is thrown within a tick where a contact is lost or met at an edge, and the
 /// hand is knocked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,6 +44,8 @@ pub(super) struct Proxy {
     felt_n: Vec3,
     normal: Vec3,
     stiffness_n_m: f32,
+    /// What opposes its going aside, scaled.
+    across_n_m: f32,
     /// How fast it goes, m/s, and whether it is where the device is, with nothing between them.
     speed_m_s: f32,
     joined: bool,
@@ -89,7 +94,7 @@ impl Proxy {
             let along = |vector: Vec3| vector - self.normal * vector.dot(self.normal);
             let carried_m = along(self.clay_velocity_m_s * dt.0);
             let slip_m = self.drag.slip_m(along(reach_m) - carried_m, stiffness, dt);
-            self.pressed_m + self.normal * into + carried_m + slip_m
+            self.pressed_m + self.normal * into + carried_m + slip_m * (stiffness / (stiffness + self.across_n_m))
         };
         let from_m = self.at_m.unwrap_or(to_m);
         let gathered_m = (self.speed_m_s + (Self::GATHERS_M_S2 + self.speed_m_s * Self::GATHERS_PER_S) * dt.0) * dt.0;
@@ -114,9 +119,12 @@ impl Proxy {
         let force_n = self.felt_n.length();
         // half of the last at least, so that a contact that was grazed or lost for a tick does not let go at once
         self.stiffness_n_m *= 0.5;
+        self.across_n_m *= 0.5;
         if force_n > 0.0 {
             self.normal = self.felt_n / force_n;
-            let here_n_m = 2.0 * force_n / touch.penetration_m.max(Self::SHALLOW_M);
+            let slope_n_m = |force_n: f32| 2.0 * force_n / touch.penetration_m.max(Self::SHALLOW_M);
+            // on one side it grows, on the other it goes
+            self.across_n_m = self.across_n_m.max(2.0 * slope_n_m(touch.held_n * felt_share));
             // at an edge it grows faster than with its depth, and what it was a tick ago says how fast
             let deeper_m = (before_m - self.pressed_m).dot(self.normal);
             let edge_n_m = if before_n != Vec3::ZERO && deeper_m.abs() > Self::TOLD_M {
@@ -124,7 +132,7 @@ impl Proxy {
             } else {
                 0.0
             };
-            self.stiffness_n_m = self.stiffness_n_m.max(here_n_m).max(edge_n_m);
+            self.stiffness_n_m = self.stiffness_n_m.max(slope_n_m(force_n)).max(edge_n_m);
         }
         let slides = touch.wet.filter(|_| force_n > 0.0);
         self.drag = slides.map_or_else(Drag::default, |wet| Drag::of(&wet, touch.force_n.length(), felt_share));

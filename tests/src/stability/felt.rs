@@ -155,7 +155,7 @@ fn pressed_at(method: MethodKind, grip: Grip, rate: u32, farther: f64) -> f64 {
             // straight in, so that no way has to be told: rounded to 10 µm in 0.1 ms it would look like sliding
             let contact = clay.advance(&[clay.tool(12.0, centre.point_m())])[0];
             let (force_n, penetration_m) = (contact.force_n, contact.penetration_m);
-            chain.render(&Touch { centre, force_n, penetration_m, wet: None })
+            chain.render(&Touch { centre, force_n, penetration_m, held_n: contact.held_n, wet: None })
         });
         hand.pass(force_n, meant_m, f64::from(dt.0));
     }

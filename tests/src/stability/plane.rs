@@ -165,5 +165,5 @@ fn comes_to_rest(method: MethodKind, grip: Grip, delay_s: f64, stiffness_n_m: f3
 /// An elastic wall at x = 0.
 fn wall(centre: Position, stiffness_n_m: f32) -> Touch {
     let penetration_m = (-centre.point_m().x).max(0.0);
-    Touch { centre, force_n: Vec3::X * (penetration_m * stiffness_n_m), penetration_m, wet: None }
+    Touch { centre, force_n: Vec3::X * (penetration_m * stiffness_n_m), penetration_m, held_n: 0.0, wet: None }
 }
