@@ -13,7 +13,7 @@ use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
 pub(crate) const METHODS: [MethodKind; 3] = [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic];
 
 /// 500 sub-steps of two tools outside and one inside, on a wheel that changes its speed and in clay that changes its
-/// viscosity: the digest, and the volume pressed away, mm³.
+/// viscosity: the digest, and the volume of clay that is elsewhere, mm³.
 ///
 /// # Errors
 /// None: the default pot can be made.
@@ -58,7 +58,7 @@ fn run_on(spec: PotSpec, method: MethodKind, vectors: Vectors) -> Result<(u64, f
         }
         substep.advance(&mut pot, &presses, method, |_, _| {});
     }
-    Ok((pot.digest(), pot.pressed_m3() * 1e9))
+    Ok((pot.digest(), moved_mm3(&pot)?))
 }
 
 /// 500 sub-steps of a rib that goes round a turning pot while it sways, leans and rolls: as [`run`] answers.
@@ -83,7 +83,19 @@ pub(crate) fn run_rib(method: MethodKind, vectors: Vectors) -> Result<(u64, f64)
         substep.advance(&mut pot, &[conditions.press(&sample, before.as_ref())], method, |_, _| {});
         before = Some(sample);
     }
-    Ok((pot.digest(), pot.pressed_m3() * 1e9))
+    Ok((pot.digest(), moved_mm3(&pot)?))
+}
+
+/// Volume by which the walls are farther in or out than those of an untouched pot.
+fn moved_mm3(pot: &Pot) -> Result<f64, PotError> {
+    let untouched = Pot::new(*pot.spec())?;
+    let moved_m3 = pot.surfaces().iter().zip(untouched.surfaces()).map(|(surface, untouched)| {
+        let element_rad_m = f64::from(surface.shape().column_angle_rad()) * f64::from(surface.row_height_m());
+        let radii_m = surface.radii_m().iter().zip(untouched.radii_m());
+        let moved_m2 = radii_m.map(|(&now, &before)| (f64::from(now).powi(2) - f64::from(before).powi(2)).abs());
+        0.5 * moved_m2.sum::<f64>() * element_rad_m
+    });
+    Ok(moved_m3.sum::<f64>() * 1e9)
 }
 
 /// Prints three lines a method.
@@ -92,12 +104,12 @@ pub(crate) fn run_rib(method: MethodKind, vectors: Vectors) -> Result<(u64, f64)
 /// None: the default pot can be made.
 pub(crate) fn main() -> Result<(), PotError> {
     for method in METHODS {
-        let (digest, volume_mm3) = run(method, Vectors::default())?;
-        println!("{method:?} {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
-        let (digest, volume_mm3) = run_rib(method, Vectors::default())?;
-        println!("{method:?} with a rib {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
-        let (digest, volume_mm3) = run_hollow(method, Vectors::default())?;
-        println!("{method:?} on a hollow pot {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
+        let (digest, moved_mm3) = run(method, Vectors::default())?;
+        println!("{method:?} {digest:#018x}, {moved_mm3:.0} mm³ moved");
+        let (digest, moved_mm3) = run_rib(method, Vectors::default())?;
+        println!("{method:?} with a rib {digest:#018x}, {moved_mm3:.0} mm³ moved");
+        let (digest, moved_mm3) = run_hollow(method, Vectors::default())?;
+        println!("{method:?} on a hollow pot {digest:#018x}, {moved_mm3:.0} mm³ moved");
     }
     Ok(())
 }

@@ -169,10 +169,8 @@ impl Dent {
             return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
         }
         let step = Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32);
-        let mut pressing = Pressing::new(*self, step)?;
-        if bound.is_some() {
-            pressing.response = Material::default().response(step);
-        }
+        let viscosity = if bound.is_some() { Material::default().viscosity } else { Material::VISCOSITY_MIN };
+        let mut pressing = Pressing::in_clay(*self, step, viscosity)?;
         pressing.turning = bound.zip(self.round).map(|(bound, (rpm, ..))| Turning {
             lathe: Lathe::new(&pressing.pot.surfaces()[0], bound, PlasticCsem::default()),
             step_rad: rpm / 60.0 * step.0 * std::f32::consts::TAU,
@@ -282,11 +280,18 @@ impl Pressing {
     /// # Errors
     /// [`DentError`] for figures that make no sense.
     pub fn new(dent: Dent, step: Seconds) -> Result<Self, DentError> {
+        // the reference knows no rate: a tool that goes on has to meet clay that has given way
+        Self::in_clay(dent, step, Material::VISCOSITY_MIN)
+    }
+
+    /// The same with clay that yields as slowly as one says.
+    ///
+    /// # Errors
+    /// [`DentError`] for figures that make no sense.
+    pub fn in_clay(dent: Dent, step: Seconds, viscosity: Seconds) -> Result<Self, DentError> {
         let tool = dent.check()?;
         let pot = Pot::new(dent.pot)?;
         let substep = SubStep::for_grid(dent.pot.shape);
-        // the reference knows no rate: a tool that goes on has to meet clay that has given way
-        let viscosity = if dent.round.is_some() { Material::VISCOSITY_MIN } else { Material::default().viscosity };
         let response = Material { viscosity, ..Material::default() }.response(step);
         Ok(Self { dent, tool, pot, substep, step, response, at: None, contact: Contact::default(), turning: None })
     }

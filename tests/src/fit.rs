@@ -1,12 +1,14 @@
 //! Where the constants of the studio's own clay come from: its law fitted to finite-element dents of a backed wall, what a
-//! sliding tool adds to it to finite-element strokes, and how a hollow wall yields to forces on one.
+//! sliding tool adds to it to finite-element strokes, how a hollow wall yields to forces on one, and what a quick press raises to what
+//! a slow one does.
 //!
 //! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes [`strokes`]', the
-//! forces [`walls`]'.
+//! forces [`walls`]', the presses that are quick and slow [`speeds`]'.
 //! Invariant: the same dents, start and number of iterations give the same constants, bit for bit.
 
 pub mod dents;
 pub mod simplex;
+pub mod speeds;
 pub mod strokes;
 pub mod walls;
 
@@ -48,6 +50,8 @@ const OUT_OF_RANGE: f64 = 10.0;
 /// Weights of the dent that stays and of the force.
 const PERMANENT: f64 = 1.5;
 const FORCE: f64 = 0.7;
+/// Error of the force that counts twice as much as so many small ones.
+const FORCE_LARGE: f64 = 0.04;
 
 /// Constants that dents are fitted with, in this order.
 pub const FREE: [&str; 12] = [
@@ -148,7 +152,7 @@ impl Misfit {
         let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
         let (permanent, loaded) = (known.difference(&pressed, true), known.difference(&pressed, false));
         let force = (f64::from(pressed.contact().force_n.x) - known.force_n) / known.largest_force_n;
-        let score = PERMANENT * permanent + loaded + FORCE * force.abs();
+        let score = PERMANENT * permanent + loaded + FORCE * force.abs() * (1.0 + force.abs() / FORCE_LARGE);
         Ok(Self { permanent, loaded, force, score })
     }
 }
@@ -168,14 +172,23 @@ pub fn score(misfits: &[Misfit]) -> f64 {
 }
 
 /// Constants of a sliding tool, in this order.
-pub const SLIDING: [&str; 7] =
-    ["slide_bottom", "slide_strain", "slide_open", "slide_soft", "slide_steep", "slide_steep_from", "slide_narrow"];
+pub const SLIDING: [&str; 8] = [
+    "slide_bottom",
+    "slide_rises",
+    "slide_strain",
+    "slide_open",
+    "slide_soft",
+    "slide_steep",
+    "slide_steep_from",
+    "slide_narrow",
+];
 
 /// The sliding constants of a law.
 #[must_use]
 pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
     [
         law.slide_bottom,
+        law.slide_rises,
         law.slide_strain,
         law.slide_open,
         law.slide_soft,
@@ -189,14 +202,17 @@ pub fn sliding(law: &PlasticLaw) -> [f64; SLIDING.len()] {
 /// The law with these sliding constants; `None` where it makes no sense.
 #[must_use]
 pub fn sliding_law(sliding: [f64; SLIDING.len()], held: &PlasticLaw) -> Option<PlasticLaw> {
-    let [slide_bottom, slide_strain, slide_open, slide_soft, slide_steep, slide_steep_from, slide_narrow] =
+    let [slide_bottom, slide_rises, slide_strain, slide_open, slide_soft, slide_steep, slide_steep_from, slide_narrow] =
         sliding.map(|value| value as f32);
     let sense = (0.05..=1.0).contains(&slide_bottom)
+        && (0.05..=0.75).contains(&slide_rises)
+        && slide_strain > 0.1
         && slide_soft < 1.0
         && (0.0..=0.9).contains(&slide_steep)
         && slide_steep_from > 0.0;
     let law = PlasticLaw {
         slide_bottom,
+        slide_rises,
         slide_strain,
         slide_open,
         slide_soft,
@@ -249,8 +265,8 @@ pub fn fit(
     Ok(Fitted { law: law_of(found.at, &start).unwrap_or(start), score: found.value })
 }
 
-/// Score of the strokes of a law: eighth root of the mean eighth power of their `RMS groove + 0.4·|force error|`, so that the worst
-/// counts most.
+/// Score of the strokes of a law: eighth root of the mean eighth power of the larger of `RMS groove` and `1.2·|force error|`, so that the
+/// worst counts most.
 ///
 /// # Errors
 /// [`FitError`] when a file is damaged.

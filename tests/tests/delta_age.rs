@@ -206,18 +206,18 @@ fn over_so_many_seeds(
     runs
 }
 
-/// Where losses fall is another story with every seed, for either: of one seed alone either may have none of the long ones. So the seeds'
-/// medians are compared.
+/// Where losses fall is another story with every seed, for either: of one seed alone either may have none of the long ones. So the
+/// means of many seeds are compared, which are 7 to 9 times apart; those of nine, and medians, are 4 to 15.
 #[test]
 fn clay_is_a_fifth_as_old_as_with_the_transport_s_own_settings_over_a_school_s_wireless_network() {
-    let median_of_p99 = |name, transport| {
-        let runs = over_so_many_seeds(9, name, transport, Quality::SCHOOL_WIFI);
-        let mut p99: Vec<_> = runs.iter().map(|ages| ages.at(0.99)).collect();
-        p99.sort_unstable();
-        p99[p99.len() / 2]
+    const SEEDS: u64 = 27;
+    let mean_of_p99 = |name, transport| {
+        let runs = over_so_many_seeds(SEEDS, name, transport, Quality::SCHOOL_WIFI);
+        runs.iter().map(|ages| ages.at(0.99)).sum::<u64>() / SEEDS
     };
-    let default = median_of_p99("defaults", || Some(quinn::TransportConfig::default()));
-    let ours = median_of_p99("ours", || None);
+    let default = mean_of_p99("defaults", || Some(quinn::TransportConfig::default()));
+    let ours = mean_of_p99("ours", || None);
+    println!("p99 {ours} ms against {default} ms");
     assert!(default >= 5 * ours, "p99 {ours} ms against {default} ms");
 }
 
@@ -300,14 +300,14 @@ fn who_comes_has_the_clay_within_four_round_trips() {
     }
 }
 
-/// Four hands and one who takes deltas, which are cut for the path that all of them have.
+/// Six hands and one who takes deltas, which are cut for the path that all of them have.
 #[test]
 fn datagrams_are_as_long_as_the_path_takes_and_no_longer_once_it_is_narrower() {
     in_virtual_time(async {
         let studio = Simulation::open(11, ServerConfig::default()).unwrap();
         let mut everybody = Vec::new();
-        for number in 0..5 {
-            everybody.push(Raw::join(&studio, number, Quality::LAN, number < 4).await);
+        for number in 0..7 {
+            everybody.push(Raw::join(&studio, number, Quality::LAN, number < 6).await);
         }
         let mut longest = Vec::new();
         for narrow in [false, true] {
@@ -319,14 +319,14 @@ fn datagrams_are_as_long_as_the_path_takes_and_no_longer_once_it_is_narrower() {
             let mut behind = 0;
             // at first QUIC finds out what the path takes
             for settles in [true, false] {
-                everybody[4].longest = 0;
+                everybody[6].longest = 0;
                 while studio.opened.elapsed() < from + Duration::from_secs(if settles { 4 } else { 6 }) {
                     sleep(Duration::from_millis(1)).await;
                     let now = studio.opened.elapsed();
                     for (number, one) in (0..).zip(&mut everybody) {
                         let tick = Tick(0).offset(now.as_millis() as i64 + one.session.tick_offset());
                         let (tool, orientation) = (Tool::default(), Orientation::default());
-                        if number < 4 {
+                        if number < 6 {
                             let centre = hand(number, now).unwrap();
                             one.session.handle_sample(ToolSample {
                                 tick,
@@ -338,17 +338,17 @@ fn datagrams_are_as_long_as_the_path_takes_and_no_longer_once_it_is_narrower() {
                         }
                         one.step(now, |_| {}).await;
                     }
-                    let held = everybody[4].session.replica().version();
+                    let held = everybody[6].session.replica().version();
                     let is_behind = held.0 + 3 < everybody[0].session.replica().version().0;
                     behind += u32::from(is_behind && !settles);
                 }
             }
             println!(
                 "narrow {narrow}: {} B at most, behind by more than three snapshots for {behind} ms",
-                everybody[4].longest
+                everybody[6].longest
             );
             assert!(behind < 20, "narrow {narrow}: {behind} ms");
-            longest.push(everybody[4].longest);
+            longest.push(everybody[6].longest);
         }
         // 1400 bytes of UDP at first, and QUIC's own are some 40 of them
         assert!((1200..1370).contains(&longest[0]) && (600..1165).contains(&longest[1]), "{longest:?} B");

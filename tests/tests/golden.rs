@@ -12,30 +12,32 @@ use pottery_shared::clay::{MethodKind, PotError, Vectors};
 mod golden;
 
 /// Pinned on x86-64: nothing but IEEE operations and libm's own code makes a radius.
-const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x3706_77c7_8a48_5d13];
+const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x3daf_771e_fdff_6bb9];
 
 /// The same of a rib.
-const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x8c97_a94c_f961_6e33];
+const PINNED_RIB: [u64; 3] = [0x28a1_e01f_b874_d90a, 0x5730_458f_6fc7_aa2c, 0x3c33_68ef_74c1_6ae3];
 
 /// The same of a hollow pot; the published methods know no wall that bends.
-const PINNED_HOLLOW: [u64; 3] = [PINNED[0], PINNED[1], 0x94a0_2864_ebab_fce8];
+const PINNED_HOLLOW: [u64; 3] = [PINNED[0], PINNED[1], 0x0f26_401e_5a91_4494];
 
-/// A run of each kind: what it is called, what it gives, what is pinned, and what is pressed away at least, mm³: of a hollow pot little, since what is
-/// pressed from without comes back from within.
-type Run = (&'static str, fn(MethodKind, Vectors) -> Result<(u64, f64), PotError>, [u64; 3], f64);
+/// A run of each kind: what it is called, what it gives and what is pinned.
+type Run = (&'static str, fn(MethodKind, Vectors) -> Result<(u64, f64), PotError>, [u64; 3]);
 const RUNS: [Run; 3] = [
-    ("", golden::run, PINNED, 100.0),
-    (" with a rib", golden::run_rib, PINNED_RIB, 100.0),
-    (" on a hollow pot", golden::run_hollow, PINNED_HOLLOW, 5.0),
+    ("", golden::run, PINNED),
+    (" with a rib", golden::run_rib, PINNED_RIB),
+    (" on a hollow pot", golden::run_hollow, PINNED_HOLLOW),
 ];
+
+/// Clay that a run moves at least, mm³: the digest of a pot that nobody touched would pin nothing.
+const MOVED_MIN_MM3: f64 = 500.0;
 
 #[test]
 fn fixed_runs_give_the_pinned_pots() {
-    for (name, run, pinned, least_mm3) in RUNS {
+    for (name, run, pinned) in RUNS {
         let found = golden::METHODS.map(|method| run(method, Vectors::default()).unwrap());
-        for (method, (digest, volume_mm3)) in golden::METHODS.iter().zip(found) {
-            println!("{method:?}{name}: {digest:#018x}, {volume_mm3:.0} mm³ pressed away");
-            assert!(volume_mm3.abs() > least_mm3, "{method:?}{name}: {volume_mm3} mm³");
+        for (method, (digest, moved_mm3)) in golden::METHODS.iter().zip(found) {
+            println!("{method:?}{name}: {digest:#018x}, {moved_mm3:.0} mm³ moved");
+            assert!(moved_mm3 > MOVED_MIN_MM3, "{method:?}{name}: {moved_mm3} mm³");
         }
         let digests = found.map(|(digest, _)| digest);
         assert!(digests == pinned, "the pot{name} is another: the new digests are {digests:#018x?}");
@@ -44,7 +46,7 @@ fn fixed_runs_give_the_pinned_pots() {
 
 #[test]
 fn the_narrowest_vectors_give_the_same_bits() {
-    for (name, run, pinned, _) in RUNS {
+    for (name, run, pinned) in RUNS {
         for (method, pinned) in golden::METHODS.into_iter().zip(pinned) {
             assert_eq!(run(method, Vectors::baseline()).unwrap().0, pinned, "{method:?}{name}");
         }
@@ -64,7 +66,7 @@ fn this_machines_widest_vectors_give_the_same_bits() {
         .unwrap();
     let said = String::from_utf8_lossy(&built.stdout);
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    for (name, _, pinned, _) in RUNS {
+    for (name, _, pinned) in RUNS {
         for (method, pinned) in golden::METHODS.iter().zip(pinned) {
             assert!(said.contains(&format!("{method:?}{name} {pinned:#018x},")), "{said}");
         }

@@ -315,11 +315,10 @@ fn a_tool_that_clay_holds_on_both_sides_is_not_thrown_from_one_to_the_other() {
         forces_n[1000..].windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f32::max)
     };
     let [known_n, unknown_n] = [true, false].map(largest_change_n);
-    // a hand tells 0.1 N apart
-    assert!(
-        known_n < 0.1 && unknown_n > 5.0 * known_n,
-        "{unknown_n} N in a tick where it is not known, {known_n} N where it is"
-    );
+    // a step in which places travel is 0.08 N on these slopes, and a hand tells 0.1 N apart
+    let what = format!("{known_n} N in a tick, {unknown_n} N where nobody says what holds it");
+    println!("{what}");
+    assert!(known_n < 0.05 && unknown_n > 1.5 * known_n, "{what}");
 }
 
 #[test]

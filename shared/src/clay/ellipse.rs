@@ -117,6 +117,17 @@ impl<S: Simd> Moments<S> {
 }
 
 impl Ellipse {
+    /// Its area over that of another.
+    pub(super) fn area_over(&self, other: &Self) -> f32 {
+        self.half_arc_m * self.half_height_m / (other.half_arc_m * other.half_height_m)
+    }
+
+    /// The same content over an area no larger than that of another.
+    pub(super) fn within(self, other: &Self) -> Self {
+        let shorter = root((1.0 / self.area_over(other)).min(1.0));
+        Self { half_arc_m: self.half_arc_m * shorter, half_height_m: self.half_height_m * shorter, ..self }
+    }
+
     /// Radius of the circle of the same area, m.
     pub(super) fn mean_half_m(&self) -> f32 {
         root(self.half_arc_m * self.half_height_m)

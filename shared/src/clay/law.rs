@@ -33,8 +33,8 @@ const AROUND_MAX: f32 = 0.5;
 ///
 /// The first twelve are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
 /// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125; other spheres, pots and clays are held
-/// out. The eight of sliding are fitted by it to balls of 12 and 20 mm drawn along such a wall 1 and 2 mm deep; a ball of 16 mm is held
-/// out. The last two are fitted by it to the forces on balls of 12 and 20 mm pressed up to 4 mm into hollow pots, and to the pots' shapes.
+/// out. What a quick press raises less is fitted by it to what a slow one leaves. The nine of sliding are fitted to balls of 12 and 20 mm drawn
+/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last two are fitted by it to the forces on balls of 12 and 20 mm pressed up to 4 mm into hollow pots, and to the pots' shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticLaw {
     /// Indentation pressure over yield stress of clay that flows wholly, under a tool without slope on a thick wall; Tabor 1951
@@ -62,8 +62,12 @@ pub struct PlasticLaw {
     pub rim_width: f32,
     /// By how much more the rim rises to the sides where the pot curves away, over curvature of pot and tool.
     pub rim_around: f32,
+    /// Share of the rim that a ball does not raise which is in before the clay has yielded: on a slower way in it would press that down again.
+    pub rim_ahead: f32,
     /// Share of the elastic depth that is left at the bottom of a groove.
     pub slide_bottom: f32,
+    /// Share of what yields that rises beside a sliding tool, in place of `rim_rises`.
+    pub slide_rises: f32,
     /// By how much more strain counts for the rim of a sliding tool.
     pub slide_strain: f32,
     /// Share that rises of what else would not, over how far the contact leans to one side: beside a groove clay is open.
@@ -88,28 +92,30 @@ pub struct PlasticLaw {
 impl PlasticLaw {
     /// What `accuracy-chart fit` found.
     pub const FITTED: Self = Self {
-        hardness: 2.765,
-        hardness_by_slope: 0.205,
-        hardness_by_layer: 0.159,
-        hardness_strain: 5.62,
-        recovery: 1.13,
-        recovery_by_layer: 0.614,
-        recovery_edge: 0.299,
-        sink_width: 0.137,
-        rim_rises: 0.477,
-        rim_strain: 47.45,
-        rim_width: 1.93,
-        rim_around: 1.113,
-        slide_bottom: 0.276,
-        slide_strain: 5.118,
-        slide_open: 0.748,
-        slide_soft: 0.272,
-        slide_steep: 0.243,
-        slide_steep_from: 0.239,
-        slide_narrow: 2.16,
-        slide_heap: 0.286,
-        wall_softer: 0.299,
-        wall_weaker: 0.837,
+        hardness: 2.662,
+        hardness_by_slope: 0.195,
+        hardness_by_layer: 0.204,
+        hardness_strain: 4.488,
+        recovery: 1.160,
+        recovery_by_layer: 0.509,
+        recovery_edge: 0.273,
+        sink_width: 0.159,
+        rim_rises: 0.594,
+        rim_strain: 40.988,
+        rim_width: 2.533,
+        rim_around: 0.837,
+        rim_ahead: 0.497,
+        slide_bottom: 0.358,
+        slide_rises: 0.491,
+        slide_strain: 5.764,
+        slide_open: 0.751,
+        slide_soft: 0.295,
+        slide_steep: 0.270,
+        slide_steep_from: 0.345,
+        slide_narrow: 3.231,
+        slide_heap: 0.328,
+        wall_softer: 0.304,
+        wall_weaker: 0.891,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the
@@ -156,8 +162,14 @@ impl PlasticLaw {
     /// Share of what yields now that comes back as a rim, under a tool that slides by a share and leans to an open side.
     pub(super) fn rim_share(&self, strain: f32, sliding: f32, open: f32) -> f32 {
         let part = strain * (1.0 + (self.slide_strain - 1.0) * sliding) / self.rim_strain;
-        let share = self.rim_rises * (1.0 - libm::expf(-part));
+        let rises = self.rim_rises + (self.slide_rises - self.rim_rises) * sliding;
+        let share = rises * (1.0 - libm::expf(-part));
         (share + (1.0 - share) * (self.slide_open * open).min(1.0)).min(RISES_MAX)
+    }
+
+    /// What is left of the rim under a tool that is ahead of the clay by so much.
+    pub(super) fn left_of_rim(&self, ahead: f32) -> f32 {
+        1.0 - self.rim_ahead * ahead
     }
 
     /// By how much more the rim rises along the arc than along the height: the pot's slope across half a contact over the

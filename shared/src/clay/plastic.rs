@@ -17,8 +17,10 @@ use super::{Contact, Footprint, Method, Press, Sink, Strength, Support, Surface,
 use crate::tool::{Side, Tool};
 
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
-/// by a hair.
-const EDGE_M: f32 = 1e-6;
+/// by a hair. It is the step in which places travel.
+const EDGE_M: f32 = 1e-5;
+/// Area of the ellipse of a dent that is as deep everywhere, over that of its contact: 6/4, since its moments are taken for a paraboloid's.
+const AREA_EVEN: f32 = 1.5;
 
 /// Elastic-plastic clay with a rim.
 ///
@@ -35,22 +37,24 @@ const EDGE_M: f32 = 1e-6;
 ///   where all yields, however fast (μ is the mean of `e(q²)/(c·e₀)`). While nothing yields it is 3 % above Hertz's
 ///   `4/3·E*·√R·δ^1.5`;
 /// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·(Q − 1)/3)` for 1 < q² < Q, `κ = ((Q − q²)/(Q − 1))²`, with the half axes a_θ, a_z of the volume ΔV
-///   that yields (a paraboloid of half
-///   axis a has the variance a²/6). Of what yields now it is `β = β₀·(1 − exp(−X/X₀))`; a dent that grows presses its own rim down again,
-///   which yields too. In the finite elements as much stands within 20 mm of a dent as `1 − exp(−X/117)` of what it holds; what of it is
+///   that yields (a paraboloid of half axis a has the variance a²/6), both made shorter where that ellipse is larger than the contact.
+///   Of what yields now it is `β = β₀·(1 − exp(−X/X₀))`; a dent that grows presses its own rim down again,
+///   which yields too. A tool that is ahead of the clay finds none to press down, and raises `1 − 0.5·η` of it: η is what is still to yield
+///   over what a ball has under it, as far as it lies like the ball and not evenly. In the finite elements as much stands within 20 mm of a dent as `1 − exp(−X/117)` of what it holds; what of it is
 ///   far and low, most of all on thin walls, is left out. The rest is booked to the pot's height. It rises more to both
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 3.9·σ times for the rim, whose crest is sharper, `κ` to the fourth power. The deeper the bite, the more steeply the rim stands: it is `1 + 2.2·σ·d²` times narrower in q², with `d = s·b/t`,
+///   aside over the half axis. Strain counts 1 + 4.8·σ times for the rim, of which less rises in the end, 0.49 for 0.59, and whose crest is sharper, `κ` to the fourth
+///   power. The deeper the bite, the more steeply the rim stands: it is `1 + 3.2·σ·d²` times narrower in q², with `d = s·b/t`,
 ///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
-///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.76·o` of what else
-///   would not rise does, and the pressure is less by 0.26·o. Clay before a steep tool has somewhere to go: with
-///   `g = (s² − 0.24)⁺` the pressure is less by `0.25·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
-///   what of the force is against the motion is 0.28·σ greater;
+///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.75·o` of what else
+///   would not rise does, and the pressure is less by 0.3·o. Clay before a steep tool has somewhere to go: with
+///   `g = (s² − 0.35)⁺` the pressure is less by `0.27·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
+///   what of the force is against the motion is 0.33·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
-///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.84·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
+///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.89·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
 ///   springs back. Tools at one pot bend it each on their own: what one does to another is left out.
 ///
 /// `tests/tests/reference.rs` and `tests/tests/hollow.rs` hold it to the finite-element dents.
@@ -113,7 +117,7 @@ impl PlasticCsem {
             #[inline(always)]
             |_, chunk, above| chunk.penetration_m.on(above.simd),
         );
-        let Some(Met { spot, pressure_pa, strain, around, rim_width }) = met else {
+        let Some(Met { spot, pressure_pa, strain, slope, around, rim_width }) = met else {
             return Contact::default();
         };
         let Spot { ellipse, slide, open, .. } = spot;
@@ -123,7 +127,9 @@ impl PlasticCsem {
             || yields(simd, press, &spot, contacts, &mut scratch.pushes),
         );
         if let Some(dent) = carried.dent.ellipse(6.0, &step) {
-            let volume_m3 = -self.law.rim_share(strain, slide.share, open) * dent.content;
+            let ahead = (1.0 - slide.share) * ahead(&dent, &ellipse, slope, press.response);
+            let dent = dent.within(&ellipse);
+            let volume_m3 = -self.law.rim_share(strain, slide.share, open) * self.law.left_of_rim(ahead) * dent.content;
             let shape = RimShape::new(slide, outwards(press.side) * around, rim_width);
             let rim = Rim { dent: &dent, volume_m3, shape, tool_z_m: press.centre_m.z };
             apart(
@@ -181,7 +187,8 @@ impl PlasticCsem {
         let Behind { support, thickness_m, folds } = behind;
         let law = &self.law;
         let youngs_reduced_pa = strength.youngs_pa / (1.0 - POISSON * POISSON);
-        let strain = youngs_reduced_pa / strength.yield_pa * slope.max(SLOPE_MIN);
+        let slope_min = slope.max(SLOPE_MIN);
+        let strain = youngs_reduced_pa / strength.yield_pa * slope_min;
         let half_m = ellipse.mean_half_m();
         // a free layer is within a sixth of a half-space, and squeezes nothing out; its bending as a plate is the shell's
         let (layer, depth_m) = match support {
@@ -203,6 +210,7 @@ impl PlasticCsem {
         Met {
             pressure_pa,
             strain,
+            slope: slope_min,
             around: law.around(half_m / spot.ellipse.radius_m, slope),
             rim_width: law.rim_width(slide.share, slope, across_m / thickness_m),
             spot,
@@ -326,6 +334,16 @@ impl Slide {
     }
 }
 
+/// How far a tool is ahead of the clay that yields under it: 0 where clay keeps up with it, 1 where a ball is in before any has yielded.
+///
+/// What is still to yield, over what a ball of slope s and half axis a has under it, `s·a/4` on the mean; as far as it lies like the ball and not
+/// evenly, as under a flat tool and under one that clay keeps up with.
+fn ahead(dent: &Ellipse, contact: &Ellipse, slope: f32, response: f32) -> f32 {
+    let under_m3 = 0.25 * slope * contact.mean_half_m() * contact.content;
+    let left = (dent.content.abs() / (response * under_m3)).min(1.0);
+    left * ((AREA_EVEN - dent.area_over(contact)) / (AREA_EVEN - 1.0)).clamp(0.0, 1.0)
+}
+
 /// Away from the axis for a tool outside, towards it for one inside.
 const fn outwards(side: Side) -> f32 {
     match side {
@@ -383,6 +401,8 @@ pub(super) struct Met {
     pub(super) pressure_pa: f32,
     /// X, strain over yield strain.
     pub(super) strain: f32,
+    /// s, no less than the law has been seen with.
+    pub(super) slope: f32,
     /// By how much more the rim rises along the arc than along the height, for a tool outside.
     pub(super) around: f32,
     /// Width of the rim, in q².

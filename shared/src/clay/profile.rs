@@ -193,9 +193,9 @@ impl Profile {
         let slide = Slide { along: share, up: 0.0, share };
         let behind = Behind { support: Support::Backed, thickness_m: self.thickness_m, folds: 0.0 };
         let met = law.met(ellipse, slope, slide, pass.strength, behind);
-        let Met { spot, pressure_pa, strain, around, rim_width } = &met;
+        let Met { spot, pressure_pa, strain, around, rim_width, .. } = &met;
         let (carried, dent) = self.press(simd, pass, spot, rows);
-        if let Some(dent) = dent {
+        if let Some(dent) = dent.map(|dent| dent.within(&ellipse)) {
             let rising = law.law.rim_share(*strain, share, spot.open);
             let shape = RimShape::new(slide, *around, *rim_width);
             let rim = Rim { dent: &dent, volume_m3: rising * dent.content, shape, tool_z_m: pass.z_m };

@@ -32,7 +32,7 @@ pub struct Touch {
 /// that saturates: an overestimate slows the step, an underestimate would throw the tool out of the clay. At an edge, where a contact
 /// grows faster than that, k is what the last tick's place and force say. Across the
 /// normal it slides as [`Drag`] lets it, and where clay holds it on all sides, as in a narrow opening, by `K/(K + k')` of that, with k' the slope
-/// of that hold: else it is thrown from one side to the other tick by tick. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`, until
+/// of that hold: else it is thrown from one side to the other tick by tick. Whatever the clay does under it, it gathers speed no faster than `v' = 50 m/s² + 300 v/s`, anew where it turns round, until
 /// it is free and where the device is: without that it is thrown within a tick where a contact is lost or met at an edge, and the
 /// hand is knocked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,7 +47,7 @@ pub(super) struct Proxy {
     /// What opposes its going aside, scaled.
     across_n_m: f32,
     /// How fast it goes, m/s, and whether it is where the device is, with nothing between them.
-    speed_m_s: f32,
+    velocity_m_s: Vec3,
     joined: bool,
     drag: Drag,
     clay_velocity_m_s: Vec3,
@@ -97,10 +97,12 @@ impl Proxy {
             self.pressed_m + self.normal * into + carried_m + slip_m * (stiffness / (stiffness + self.across_n_m))
         };
         let from_m = self.at_m.unwrap_or(to_m);
-        let gathered_m = (self.speed_m_s + (Self::GATHERS_M_S2 + self.speed_m_s * Self::GATHERS_PER_S) * dt.0) * dt.0;
+        // who turns round begins anew
+        let speed_m_s = self.velocity_m_s.dot((to_m - from_m).normalize_or_zero()).max(0.0);
+        let gathered_m = (speed_m_s + (Self::GATHERS_M_S2 + speed_m_s * Self::GATHERS_PER_S) * dt.0) * dt.0;
         let comes = free && self.joined || to_m.distance(from_m) <= gathered_m;
         let at_m = if comes { to_m } else { from_m + (to_m - from_m).clamp_length_max(gathered_m) };
-        self.speed_m_s = at_m.distance(from_m) / dt.0;
+        self.velocity_m_s = (at_m - from_m) / dt.0;
         self.joined = free && comes;
         self.at_m = Some(at_m);
         at_m
@@ -113,7 +115,7 @@ impl Proxy {
         self.pressed_m = touch.centre.point_m();
         // stopped on its way: there it is
         if self.at_m.is_none_or(|at_m| (at_m - self.pressed_m).abs().max_element() > 0.6 * step_m) {
-            (self.at_m, self.speed_m_s) = (Some(self.pressed_m), 0.0);
+            (self.at_m, self.velocity_m_s) = (Some(self.pressed_m), Vec3::ZERO);
         }
         self.felt_n = touch.force_n * felt_share;
         let force_n = self.felt_n.length();
