@@ -92,7 +92,8 @@ fn moved_mm3(pot: &Pot) -> Result<f64, PotError> {
     let moved_m3 = pot.surfaces().iter().zip(untouched.surfaces()).map(|(surface, untouched)| {
         let element_rad_m = f64::from(surface.shape().column_angle_rad()) * f64::from(surface.row_height_m());
         let radii_m = surface.radii_m().iter().zip(untouched.radii_m());
-        let moved_m2 = radii_m.map(|(&now, &before)| (f64::from(now).powi(2) - f64::from(before).powi(2)).abs());
+        let square_m2 = |radius_m: f32| f64::from(radius_m) * f64::from(radius_m);
+        let moved_m2 = radii_m.map(|(&now, &before)| (square_m2(now) - square_m2(before)).abs());
         0.5 * moved_m2.sum::<f64>() * element_rad_m
     });
     Ok(moved_m3.sum::<f64>() * 1e9)

@@ -110,7 +110,7 @@ impl PlasticLaw {
         slide_strain: 5.764,
         slide_open: 0.751,
         slide_soft: 0.295,
-        slide_steep: 0.270,
+        slide_steep: 0.260,
         slide_steep_from: 0.345,
         slide_narrow: 3.231,
         slide_heap: 0.328,

@@ -50,7 +50,7 @@ const AREA_EVEN: f32 = 1.5;
 ///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.75·o` of what else
 ///   would not rise does, and the pressure is less by 0.3·o. Clay before a steep tool has somewhere to go: with
-///   `g = (s² − 0.35)⁺` the pressure is less by `0.27·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
+///   `g = (s² − 0.35)⁺` the pressure is less by `0.26·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
 ///   what of the force is against the motion is 0.33·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
