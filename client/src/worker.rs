@@ -358,7 +358,7 @@ impl Worker {
                         self.report.correction_nm.saturating_record((f64::from(metres.0) * 1e9) as u64);
                     }
                 }
-                ClientEvent::Conditions => is_corrected = true,
+                ClientEvent::Conditions | ClientEvent::Beside => is_corrected = true,
                 ClientEvent::Rack => {
                     // the hand learns of it with the clay
                     is_corrected = true;

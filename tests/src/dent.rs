@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Contact, ErrorBound, GridShape, Lathe, Material, MaterialError, Method, MethodKind, PlasticCsem, Pot, PotError,
-    PotSpec, Press, Strength, SubStep, Window,
+    Bend, Contact, ErrorBound, GridShape, Lathe, Material, MaterialError, Method, MethodKind, PlasticCsem, Pot,
+    PotError, PotSpec, Press, Strength, SubStep, Window,
 };
-use pottery_shared::tool::{Sphere, ToolError};
+use pottery_shared::tool::{Side, Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
 
 use crate::reference::Profile;
@@ -38,6 +38,8 @@ pub struct Dent {
     pub tool: Metres,
     /// Its travel from first touch.
     pub depth: Metres,
+    /// Radius of a ball that is held inside of the wall, opposite the tool and touching it.
+    pub finger: Option<Metres>,
     /// Whether the tool is taken away before the surface is read.
     pub release: bool,
     /// After the press: turns a minute, feed along the axis for each turn, and number of turns.
@@ -79,6 +81,8 @@ pub struct Dented {
     pub radial_mm: Vec<f32>,
     /// Radial force on the tool when it stood still, N.
     pub force_n: f32,
+    /// The same on the finger inside, towards the axis, if there is one.
+    pub finger_n: Option<f32>,
     /// Volume pushed in and raised, mm³.
     pub volume_in_mm3: f64,
     /// Volume raised above the untouched surface, mm³.
@@ -121,6 +125,14 @@ impl Dent {
             if value.0 >= self.pot.radius.0 {
                 return Err(DentError::Figure { field, value: value.as_mm(), range });
             }
+        }
+        if let Some(finger) = self.finger {
+            let inside_m = self.pot.radius.0 - self.pot.wall.0;
+            if !(finger.0 > 0.0 && finger.0 <= inside_m) {
+                let range = "that fits into the pot";
+                return Err(DentError::Figure { field: "finger radius", value: finger.as_mm(), range });
+            }
+            Sphere::new(finger)?;
         }
         Ok(Sphere::new(self.tool)?)
     }
@@ -224,7 +236,7 @@ impl Dent {
         let (mut volume_in_mm3, mut volume_out_mm3) = (0.0, 0.0);
         let mut radial_mm = Vec::with_capacity(shape.elements());
         let sink = pressing.contact.sink.filter(|_| !self.release);
-        let bend = sink.and_then(|sink| sink.bend(surface));
+        let bends = pressing.bends(self.release);
         let at = pressing.at.unwrap_or_default();
         let element = f64::from(shape.column_angle_rad()) * f64::from(surface.row_height_m());
         for column in 0..shape.columns() {
@@ -232,7 +244,7 @@ impl Dent {
             for (row, &radius_m) in surface.column_m(column).iter().enumerate() {
                 let z_m = surface.row_z_m(row as u32);
                 let sunk = sink.map_or(0.0, |sink| sink.depth_at_m(angle, z_m));
-                let bent = bend.as_ref().map_or(0.0, |bend| bend.at_m(angle, z_m));
+                let bent: f32 = bends.iter().map(|bend| bend.at_m(angle, z_m)).sum();
                 let free = radius_m - sunk - bent;
                 let seen = if self.release { radius_m } else { free.min(near_side_m(at, pressing.tool, angle, z_m)) };
                 radial_mm.push((seen - self.pot.radius.0) * 1e3);
@@ -247,7 +259,18 @@ impl Dent {
         }
         let row_height_mm = surface.row_height_m() * 1e3;
         let profile_steps = pressing.turning.as_ref().map_or((0, 0), |turning| turning.profile_steps);
-        Dented { shape, row_height_mm, radial_mm, force_n, volume_in_mm3, volume_out_mm3, step_ns, profile_steps }
+        let finger_n = pressing.finger.map(|(_, felt)| -felt.force_n.x);
+        Dented {
+            shape,
+            row_height_mm,
+            radial_mm,
+            force_n,
+            finger_n,
+            volume_in_mm3,
+            volume_out_mm3,
+            step_ns,
+            profile_steps,
+        }
     }
 }
 
@@ -263,6 +286,8 @@ pub struct Pressing {
     /// Where the tool is, once it has come.
     at: Option<Vec3>,
     contact: Contact,
+    /// A ball inside, and what it met.
+    finger: Option<(Press, Contact)>,
     turning: Option<Turning>,
 }
 
@@ -293,7 +318,14 @@ impl Pressing {
         let pot = Pot::new(dent.pot)?;
         let substep = SubStep::for_grid(dent.pot.shape);
         let response = Material { viscosity, ..Material::default() }.response(step);
-        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact: Contact::default(), turning: None })
+        let finger = dent.finger.map(|radius| {
+            let at_m = Vec3::new(dent.pot.radius.0 - dent.pot.wall.0 - radius.0, 0.0, 0.5 * dent.pot.height.0);
+            let held = Press::held(Sphere::new(radius)?, at_m);
+            let press = Press { side: Side::Inside, response, strength: dent.strength, dt: step, ..held };
+            Ok::<_, ToolError>((press, Contact::default()))
+        });
+        let (contact, finger) = (Contact::default(), finger.transpose()?);
+        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact, finger, turning: None })
     }
 
     /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
@@ -351,7 +383,14 @@ impl Pressing {
             });
         self.contact = match profiled {
             Some(contact) => contact,
-            None => self.substep.advance(&mut self.pot, &[press], method, touched)[0],
+            None => match &mut self.finger {
+                Some((held, felt)) => {
+                    let contacts = self.substep.advance(&mut self.pot, &[press, *held], method, touched);
+                    *felt = contacts[1];
+                    contacts[0]
+                }
+                None => self.substep.advance(&mut self.pot, &[press], method, touched)[0],
+            },
         };
         self.contact.force_n.dot(at.with_z(0.0).normalize())
     }
@@ -378,13 +417,13 @@ impl Pressing {
     pub fn radial_mm(&self, release: bool) -> impl Fn(f64, f64) -> f64 {
         let surface = &self.pot.surfaces()[self.pot.skins()[0].surface];
         let shape = surface.shape();
-        let bend = self.contact.sink.filter(|_| !release).and_then(|sink| sink.bend(surface));
+        let bends = self.bends(release);
         let seen_m = move |column: u32, row: usize| {
             let stays_m = surface.column_m(column)[row];
             let Some(at) = self.at.filter(|_| !release) else { return stays_m };
             let (angle, z_m) = (column as f32 * shape.column_angle_rad(), surface.row_z_m(row as u32));
             let sunk_m = self.contact.sink.map_or(0.0, |sink| sink.depth_at_m(angle, z_m));
-            let bent_m = bend.as_ref().map_or(0.0, |bend| bend.at_m(angle, z_m));
+            let bent_m: f32 = bends.iter().map(|bend| bend.at_m(angle, z_m)).sum();
             (stays_m - sunk_m - bent_m).min(near_side_m(at, self.tool, angle, z_m))
         };
         let known = vec![Cell::new(f64::NAN); shape.elements()];
@@ -397,6 +436,14 @@ impl Pressing {
                 known.get()
             })
         }
+    }
+
+    /// How the wall is bent, by the tool and what is held inside.
+    fn bends(&self, release: bool) -> Vec<Bend> {
+        let surface = &self.pot.surfaces()[self.pot.skins()[0].surface];
+        let contacts = [Some(self.contact), self.finger.map(|(_, contact)| contact)];
+        let sinks = contacts.into_iter().flatten().filter(|_| !release).filter_map(|contact| contact.sink);
+        sinks.filter_map(|sink| sink.bend(surface)).collect()
     }
 
     /// What the last step met.

@@ -113,6 +113,7 @@ impl Scene {
             row_height_mm: self.row_mm() as f32,
             radial_mm: seen_mm,
             force_n: force_n as f32,
+            finger_n: None,
             volume_in_mm3,
             volume_out_mm3,
             step_ns,

@@ -13,10 +13,10 @@ use pottery_client::device::{
     Axes, Calibration, Device, DeviceFault, DrivenDevice, Driver, Fit, Pace, Port, Reading, Reported, pointer,
 };
 use pottery_client::sound::Rub;
-use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::clay::{Conditions, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Support, Surface, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Fault, Guidance, GuidanceMode, Haptics, Setup, Stages};
 use pottery_shared::prediction::{Field, Patch};
-use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample, rack};
+use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample, rack};
 use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::allocations::{Counting, requests};
 
@@ -84,7 +84,11 @@ impl Bench {
     }
 
     fn at_clay(specs: DeviceSpecs, conditions: Conditions, stages: Stages) -> Self {
-        let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
+        Self::at_pot(PotSpec::default(), specs, conditions, stages)
+    }
+
+    fn at_pot(spec: PotSpec, specs: DeviceSpecs, conditions: Conditions, stages: Stages) -> Self {
+        let field = Field::new(Pot::new(spec).unwrap(), Tick(0));
         let (side, net) = boundary(&Patch { field, conditions, rack: rack::standard() });
         let held = Arc::new(Mutex::new(Held::default()));
         let device = TestDevice { held: Arc::clone(&held), specs, stages };
@@ -148,6 +152,36 @@ fn tick_allocates_nothing() {
         }
         assert!(touching > 2000, "{method:?}: {touching} ticks in the clay");
     }
+}
+
+#[test]
+fn tick_at_a_wall_that_others_hold_allocates_nothing() {
+    let spec = PotSpec { support: Support::Hollow, ..PotSpec::default() };
+    let mut bench = Bench::at_pot(spec, DeviceSpecs::OMNI, Conditions::default(), Stages::WHOLE);
+    let mut forces_n = [0.0; 2];
+    for tick in 0..1500_u64 {
+        if tick % 100 == 7 {
+            let through = Tick(bench.local.saturating_sub(20));
+            let others = (0..tick / 300).map(|other| ToolSample {
+                tick: through,
+                tool: Tool::default(),
+                orientation: Orientation::default(),
+                centre: Position::nearest(Vec3::new(0.0402, 0.004 * other as f32, 0.1)).unwrap(),
+                side: Side::Inside,
+            });
+            bench.net.publish(|patch| {
+                patch.field = Field::new(Pot::new(spec).unwrap(), through);
+                patch.field.set_beside(others);
+            });
+        }
+        let mut force = Vec3::ZERO;
+        let asked = requests(|| force = bench.tick(Some(Vec3::new(0.069, 0.0, 0.1))));
+        assert_eq!(asked, 0, "tick {tick}");
+        forces_n[usize::from(tick > 300)] = force.x;
+        while bench.net.next_sample().is_some() {}
+    }
+    println!("{forces_n:.2?} N alone and with four fingers inside");
+    assert!(forces_n[0] > 0.05 && forces_n[1] > 1.5 * forces_n[0], "{forces_n:?} N");
 }
 
 #[test]

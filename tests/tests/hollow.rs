@@ -27,6 +27,7 @@ fn dent(depth_mm: u32, release: bool, shape: GridShape) -> Dent {
         strength: Strength::default(),
         tool: Metres::from_mm(12.0),
         depth: Metres::from_mm(depth_mm as f32),
+        finger: None,
         release,
         round: None,
     }

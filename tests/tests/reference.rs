@@ -18,6 +18,7 @@ fn dent(method: MethodKind, depth_mm: u32, release: bool, shape: GridShape) -> D
         strength: Strength::default(),
         tool: Metres::from_mm(12.0),
         depth: Metres::from_mm(depth_mm as f32),
+        finger: None,
         release,
         round: None,
     }

@@ -38,6 +38,9 @@ const fn retells(person: u64) -> bool {
     person.is_multiple_of(2)
 }
 
+/// Nearer to the axis a tool works from inside.
+const INSIDE_M: f32 = 0.05;
+
 struct Wire {
     delay_ms: u64,
     jitter_ms: u64,
@@ -188,7 +191,8 @@ impl World {
                 let Some(point) = hand(peer.0, now) else { continue };
                 let centre = Position::nearest(point).unwrap();
                 let (tool, orientation) = (self.held)(peer.0, now);
-                client.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
+                let side = if point.truncate().length() < INSIDE_M { Side::Inside } else { Side::Outside };
+                client.handle_sample(ToolSample { tick, tool, orientation, centre, side });
             }
             client.rebase();
             let mut outgoing = Vec::new();
@@ -567,6 +571,34 @@ fn a_hollow_pot_is_hollow_for_everybody_and_their_clay_the_same() {
     println!("pressed {pressed_mm3:.0?} mm³, backed and hollow");
     // of a wall that bends away less than half is pressed
     assert!(pressed_mm3[1] < 0.5 * pressed_mm3[0] && pressed_mm3[1] > 0.0, "{pressed_mm3:?} mm³");
+}
+
+/// One outside, and from half a second later on a finger opposite, which only stands there.
+fn pinch(person: u64, now: u64) -> Option<Vec3> {
+    let (begin, distance) = if person == 0 { (400, 0.0715) } else { (900, 0.0401) };
+    (begin..3400).contains(&now).then_some(Vec3::new(distance, 0.0, 0.1))
+}
+
+#[test]
+fn who_presses_a_hollow_wall_reckons_with_a_finger_that_holds_it() {
+    let wire = Wire { delay_ms: 20, jitter_ms: 30, loss_percent: 10, duplicate_percent: 5 };
+    let spec = PotSpec { support: Support::Hollow, ..PotSpec::default() };
+    let mut world = World::round(spec, MethodKind::Plastic, 2, wire, 1);
+    let beside = |world: &World, person| {
+        let client = world.clients[&PeerId(person)].0.as_ref().unwrap();
+        client.patch().field.beside().iter().map(|sample| sample.side).collect::<Vec<_>>()
+    };
+    for now in 0..4800 {
+        world.step(now, pinch);
+        match now {
+            800 => assert!(beside(&world, 0).is_empty()),
+            1500 => assert_eq!((beside(&world, 0), beside(&world, 1)), (vec![Side::Inside], vec![Side::Outside])),
+            _ => {}
+        }
+    }
+    world.assert_same(1);
+    // nobody holds against it any more
+    assert!(beside(&world, 0).is_empty() && beside(&world, 1).is_empty());
 }
 
 /// Lets everybody press while the first asks for the wetness of each entry at its time; says what is left of the clay, mm³.

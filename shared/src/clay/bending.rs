@@ -103,6 +103,45 @@ impl WallBending {
         (point - self.plate().patch(0.0, patch_m)).max(0.0)
     }
 
+    /// How far the wall gives way at one place, an angle and a height, under a load at another that is spread over a disc of radius
+    /// `patch_m`, as in [`WallBending::compliance`], 1/m: the same the other way round.
+    #[must_use]
+    pub fn between(&self, at: [f32; 2], load: [f32; 2], patch_m: f32) -> f32 {
+        let [there, here] = [at, load].map(|[_, z_m]| self.place(z_m));
+        let away_rad = nearest_turn(at[0] - load[0]);
+        let cosine = libm::cosf(away_rad);
+        let (mut before, mut now) = (cosine, 1.0);
+        let (mut all, mut last) = (0.0, 0.0);
+        for square in self.answers.chunks_exact(NODES * NODES) {
+            last = 0.0;
+            for (weight, row) in here.weights.iter().zip(square[here.first * NODES..].chunks_exact(NODES)) {
+                let moved: f32 =
+                    there.weights.iter().zip(&row[there.first..]).map(|(share, moved)| share * moved).sum();
+                last += weight * moved;
+            }
+            all += last * now;
+            (before, now) = (now, 2.0 * cosine * now - before);
+        }
+        // those that are left out fall off round the pot as a plate's do
+        let harmonic = HARMONICS as f32 - 1.0;
+        let waves = (harmonic + 0.5) * away_rad.abs();
+        all += last * left_out(harmonic) * (1.0 + waves) * libm::expf(-waves);
+        let distance_m = libm::hypotf(away_rad * self.middle_m(), at[1] - load[1]);
+        all - self.plate().patch(distance_m, patch_m)
+    }
+
+    /// The share of a load at one place by which a wall folds at another: a cone.
+    #[must_use]
+    pub fn folding(&self, at: [f32; 2], load: [f32; 2]) -> f32 {
+        let distance_m = libm::hypotf(nearest_turn(at[0] - load[0]) * self.middle_m(), at[1] - load[1]);
+        self.plate().fold(distance_m)
+    }
+
+    /// Radius of the middle surface, m.
+    fn middle_m(&self) -> f32 {
+        self.radius_m - 0.5 * self.wall_m
+    }
+
     /// How much less the wall gives way at the edge of such a disc than in its middle, over the square of its radius: as in
     /// [`WallBending::compliance`], 1/m³.
     ///
@@ -141,8 +180,7 @@ impl WallBending {
                 shares.iter_mut().zip(row).for_each(|(share, moved)| *share += load_m2 * weight * moved);
             }
         }
-        let radius_m = self.radius_m - 0.5 * self.wall_m;
-        let (plate, height_m) = (self.plate(), self.height_m);
+        let (plate, radius_m, height_m) = (self.plate(), self.middle_m(), self.height_m);
         Bend { load_m2, hinge_m, angle_rad, z_m, patch_m, radius_m, height_m, plate, shares }
     }
 
@@ -151,7 +189,7 @@ impl WallBending {
     }
 
     fn plate(&self) -> Plate {
-        let (wall_m, radius_m) = (self.wall_m, self.radius_m - 0.5 * self.wall_m);
+        let (wall_m, radius_m) = (self.wall_m, self.middle_m());
         Plate {
             rigidity_m3: wall_m * wall_m * wall_m / (12.0 * (1.0 - POISSON * POISSON)),
             reach_m: PLATE_REACH * libm::sqrtf(radius_m * wall_m),
@@ -190,11 +228,14 @@ impl Bend {
             all += share * now;
             (before, now) = (now, 2.0 * cosine * now - before);
         }
-        let turn_rad = away_rad - core::f32::consts::TAU * libm::roundf(away_rad / core::f32::consts::TAU);
-        let distance_m = libm::hypotf(turn_rad * self.radius_m, z_m - self.z_m);
-        let fold = (1.0 - distance_m / (FOLD_REACH / PLATE_REACH * self.plate.reach_m)).max(0.0);
-        all - self.load_m2 * self.plate.patch(distance_m, self.patch_m) + self.hinge_m * fold
+        let distance_m = libm::hypotf(nearest_turn(away_rad) * self.radius_m, z_m - self.z_m);
+        all - self.load_m2 * self.plate.patch(distance_m, self.patch_m) + self.hinge_m * self.plate.fold(distance_m)
     }
+}
+
+/// The same angle within half a turn of zero.
+fn nearest_turn(angle_rad: f32) -> f32 {
+    angle_rad - core::f32::consts::TAU * libm::roundf(angle_rad / core::f32::consts::TAU)
 }
 
 /// The flat plate that the wall is close to a load.
@@ -224,6 +265,11 @@ impl Plate {
             distance2 * distance2 / (8.0 * patch2) + distance2 * (edge + 0.5) + patch2 * (0.5 * edge - 0.125) - point
         };
         -more / self.eight_pi_rigidity()
+    }
+
+    /// The cone to which it folds under a load at a distance.
+    fn fold(&self, distance_m: f32) -> f32 {
+        (1.0 - distance_m / (FOLD_REACH / PLATE_REACH * self.reach_m)).max(0.0)
     }
 
     fn eight_pi_rigidity(&self) -> f32 {

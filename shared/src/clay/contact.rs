@@ -269,20 +269,6 @@ impl Contacts {
         self.take(&tally);
     }
 
-    /// Leaves out what lies beyond the wanted chunks of each column.
-    #[inline(always)]
-    pub(super) fn keep(&mut self, wanted: impl Fn(&Column, &Chunk, &Eight) -> bool) {
-        let (chunks, above_m) = (&self.chunks.room, &self.above_m);
-        self.columns.retain_mut(|column| {
-            let (chunks, above_m) = (&chunks[column.chunks()], &above_m[column.heights()]);
-            let is_wanted = |number: &usize| wanted(column, &chunks[*number], &above_m[*number]);
-            let Some(first) = (0..chunks.len()).find(is_wanted) else { return false };
-            let last = (0..chunks.len()).rfind(is_wanted).unwrap_or(first);
-            *column = column.with_chunks(first as u32..last as u32 + 1, column.chunks[0]);
-            true
-        });
-    }
-
     #[inline(always)]
     pub(super) fn take<S: Simd>(&mut self, tally: &Tally<S>) {
         self.elements = sum(tally.elements) as u32;

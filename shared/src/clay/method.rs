@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, PlasticCsem, PlasticLaw, Press, Support, Surface};
+use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, Part, PlasticCsem, PlasticLaw, Press, Support, Surface};
 
 /// What a press meets: the force on the tool and how much clay it touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +22,17 @@ pub struct Contact {
     pub held_n: f32,
     /// How the clay gives way elastically round the contact, for the method that has it.
     pub sink: Option<Sink>,
+}
+
+impl Contact {
+    /// Adds what the same press met of another surface.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.force_n += other.force_n;
+        self.elements += other.elements;
+        self.penetration_m = self.penetration_m.max(other.penetration_m);
+        self.held_n += other.held_n;
+        self.sink = other.sink;
+    }
 }
 
 /// How far clay gives way while a tool presses on it, and springs back when it is gone.
@@ -98,6 +109,10 @@ pub trait Method {
     ///
     /// The footprint is empty afterwards when nothing is touched.
     fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact;
+
+    /// Lets the presses of one sub-step, each with a footprint of its own, find how far they bend a wall together, before they are
+    /// evaluated one by one. A method whose presses know nothing of each other has nothing to do.
+    fn brace(&self, _surface: &Surface, _presses: &[Part], _footprints: &mut [Footprint]) {}
 
     /// Whether clay that is pressed away is still there: what does not rise beside the tool makes the pot higher.
     fn keeps_volume(&self) -> bool {
@@ -180,6 +195,10 @@ impl MethodKind {
 impl Method for MethodKind {
     fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
         self.method().press(surface, press, footprint)
+    }
+
+    fn brace(&self, surface: &Surface, presses: &[Part], footprints: &mut [Footprint]) {
+        self.method().brace(surface, presses, footprints);
     }
 
     fn keeps_volume(&self) -> bool {

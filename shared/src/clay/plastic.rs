@@ -8,12 +8,14 @@ use glam::Vec3;
 use super::bending::POISSON;
 use super::contact::{Chunk, Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
+use super::faceted::Cutter;
+use super::joint::{Joint, Standing};
 use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
-use super::series::{Asked, GivenWay, Hinge};
+use super::series::{Braced, GivenWay, Hinge, Seen};
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Press, Sink, Strength, Support, Surface, Window};
+use super::{Contact, Footprint, Method, Part, Press, Sink, Strength, Support, Surface, WallBending, Window};
 use crate::tool::{Side, Tool};
 
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
@@ -21,6 +23,11 @@ use crate::tool::{Side, Tool};
 const EDGE_M: f32 = 1e-5;
 /// Area of the ellipse of a dent that is as deep everywhere, over that of its contact: 6/4, since its moments are taken for a paraboloid's.
 const AREA_EVEN: f32 = 1.5;
+
+/// What of its pressure a tool's force is where a wall gives way to it wholly, and where not at all: one that is spread over more than 31° to
+/// both sides does not bend it as a load in one place does, and over 65° it presses a third as much into an oval (`sin 2φ/2φ`).
+const ONE_SIDED: f32 = 0.95;
+const HELD: f32 = 0.8;
 
 /// Elastic-plastic clay with a rim.
 ///
@@ -55,7 +62,8 @@ const AREA_EVEN: f32 = 1.5;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.89·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
-///   springs back. Tools at one pot bend it each on their own: what one does to another is left out.
+///   springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
+///   folds there the sum of theirs within the cone to which it folds (`clay::joint`).
 ///
 /// `tests/tests/reference.rs` and `tests/tests/hollow.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +81,15 @@ impl Method for PlasticCsem {
         contact
     }
 
+    fn brace(&self, surface: &Surface, presses: &[Part], footprints: &mut [Footprint]) {
+        let Some(first) = footprints.first_mut() else { return };
+        let (mut joint, vectors) = (core::mem::take(&mut first.scratch.joint), first.scratch.vectors);
+        let mut cutter = first.scratch.cutter.take();
+        with_vectors!(vectors, simd => self.brace_with(simd, surface, presses, footprints, &mut joint, cutter.as_deref_mut()));
+        let scratch = &mut footprints[0].scratch;
+        (scratch.joint, scratch.cutter) = (joint, cutter);
+    }
+
     fn keeps_volume(&self) -> bool {
         true
     }
@@ -88,26 +105,29 @@ impl PlasticCsem {
         footprint: &mut Footprint,
         scratch: &mut Scratch,
     ) -> Contact {
-        let behind_m = match press.side {
-            Side::Outside => 0.0,
-            Side::Inside => surface.thickness_m(),
-        };
-        let (contacts, cutter) = (&mut scratch.contacts, scratch.cutter.as_deref_mut());
-        apart(
-            simd,
-            #[inline(always)]
-            || contacts.gather::<S, true>(simd, surface, press, behind_m, cutter),
-        );
-        if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
-            scratch.contacts.gather_nearest(simd, surface, press, behind_m);
+        let step = Step::of(surface);
+        let at = At { surface, press, step };
+        let braced = scratch.braced.take();
+        if braced.is_none() {
+            let behind_m = behind_m(surface, press.side);
+            let (contacts, cutter) = (&mut scratch.contacts, scratch.cutter.as_deref_mut());
+            apart(
+                simd,
+                #[inline(always)]
+                || contacts.gather::<S, true>(simd, surface, press, behind_m, cutter),
+            );
+            if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
+                scratch.contacts.gather_nearest(simd, surface, press, behind_m);
+            }
         }
         footprint.reset(Window::default());
         if scratch.contacts.elements == 0 {
             return Contact::default();
         }
-        let step = Step::of(surface);
-        let at = At { surface, press, step };
-        let way = self.bend(simd, &at, &mut scratch.contacts);
+        let way = match braced {
+            Some(braced) => braced.way().taken_off(simd, &mut scratch.contacts),
+            None => self.bend(simd, &at, &mut scratch.contacts, &mut scratch.joint),
+        };
         let contacts = &scratch.contacts;
         let met = self.meet(
             simd,
@@ -217,38 +237,101 @@ impl PlasticCsem {
         }
     }
 
-    /// Lets a wall with nothing behind it give way under the tool, and takes that off the penetrations.
+    /// Lets a wall with nothing behind it give way under the tool alone, and takes that off the penetrations.
     #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &mut Contacts) -> GivenWay {
-        let &At { surface, press, step } = at;
-        let Some(bending) = surface.bending() else { return GivenWay::default() };
-        let Strength { yield_pa, youngs_pa } = press.strength;
+    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &mut Contacts, joint: &mut Joint) -> GivenWay {
+        let Some(bending) = at.surface.bending() else { return GivenWay::default() };
+        let mut way = GivenWay::default();
+        let only = Standing::of(0, at.press);
+        joint.settle(bending, core::iter::once(only), |_, given| {
+            way = *given;
+            self.seen(simd, at, bending, contacts, &Braced { found_m: 0.0, way, touched: true })
+        });
+        way.taken_off(simd, contacts)
+    }
+
+    /// What is seen of a tool at a wall that has given way by so much more than where its contacts were found, m; nothing where none is left.
+    #[inline(always)]
+    fn seen<S: Simd>(
+        &self,
+        simd: S,
+        at: &At<'_>,
+        bending: &WallBending,
+        contacts: &Contacts,
+        braced: &Braced,
+    ) -> Option<Seen> {
+        let Strength { yield_pa, youngs_pa } = at.press.strength;
         let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
-        let fold_m = hinge.fold_m2 * bending.fold_compliance(press.centre_m.z);
-        let asked = |contacts: &Contacts, way: &GivenWay| {
-            simd.vectorize(
-                #[inline(always)]
-                || {
-                    let (met, carried) = self.rest(simd, at, contacts, way)?;
-                    let force_n = carried * (met.pressure_pa * step.element_rad_m);
-                    let ellipse = &met.spot.ellipse;
-                    Some(Asked {
-                        load_m2: force_n / youngs_pa,
-                        bending,
-                        z_m: press.centre_m.z + ellipse.above_m,
-                        patch_m: ellipse.mean_half_m(),
-                        hinge,
-                        fold_m,
-                    })
-                },
-            )
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (met, [carried, all]) = self.rest(simd, at, contacts, &braced.way())?;
+                let ellipse = &met.spot.ellipse;
+                Some(Seen {
+                    load_m2: carried * (met.pressure_pa * at.step.element_rad_m) / youngs_pa,
+                    deepest_m: contacts.deepest_m + braced.found_m,
+                    angle_rad: contacts.angle_rad,
+                    z_m: at.press.centre_m.z + ellipse.above_m,
+                    patch_m: ellipse.mean_half_m(),
+                    long_m: ellipse.half_arc_m.max(ellipse.half_height_m),
+                    one_sided: ((carried / all - HELD) / (ONE_SIDED - HELD)).clamp(0.0, 1.0),
+                    hinge,
+                    fold_m: hinge.fold_m2 * bending.fold_compliance(at.press.centre_m.z),
+                })
+            },
+        )
+    }
+
+    /// Finds how far presses bend a wall together; see [`Method::brace`].
+    #[inline(always)]
+    fn brace_with<S: Simd>(
+        &self,
+        simd: S,
+        surface: &Surface,
+        presses: &[Part],
+        footprints: &mut [Footprint],
+        joint: &mut Joint,
+        mut cutter: Option<&mut Cutter>,
+    ) {
+        let Some(bending) = surface.bending() else { return };
+        let step = Step::of(surface);
+        footprints.iter_mut().for_each(|footprint| footprint.scratch.braced = None);
+        let sound = presses.iter().enumerate().filter(|(_, (_, press))| press.is_sound());
+        let tools = sound.map(|(number, (_, press))| Standing::of(number, press));
+        let look = |number: usize, way: &GivenWay| {
+            let press = &presses[number].1;
+            let scratch = &mut footprints[number].scratch;
+            if scratch.braced.is_none_or(|braced| way.depth_m < braced.found_m) {
+                // some more, since the next look may be at a wall that is nearer
+                let found_m = 1.25 * way.depth_m.min(0.0);
+                let nearer = press.nearer(-found_m);
+                let (contacts, behind_m) = (&mut scratch.contacts, behind_m(surface, press.side));
+                simd.vectorize(
+                    #[inline(always)]
+                    || contacts.gather::<S, true>(simd, surface, &nearer, behind_m, cutter.as_deref_mut()),
+                );
+                let touched = scratch.braced.is_some_and(|braced| braced.touched);
+                scratch.braced = Some(Braced { found_m, way: *way, touched });
+            }
+            let braced = scratch.braced.as_mut()?;
+            braced.way = *way;
+            let contacts = &scratch.contacts;
+            if contacts.elements == 0 {
+                return None;
+            }
+            braced.touched = true;
+            self.seen(simd, &At { surface, press, step }, bending, contacts, braced)
         };
-        GivenWay::settled(simd, contacts, asked)
+        joint.settle(bending, tools, look);
+        for footprint in footprints {
+            let braced = &mut footprint.scratch.braced;
+            *braced = braced.filter(|braced| braced.touched);
+        }
     }
 
     /// What the clay opposes to what is left of the penetrations after a wall has given way, and what [`radial`] says of it.
     #[inline(always)]
-    fn rest<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<(Met, f32)> {
+    fn rest<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<(Met, [f32; 2])> {
         let met = self.meet(
             simd,
             at,
@@ -259,6 +342,14 @@ impl PlasticCsem {
         )?;
         let carried = radial(simd, at.press, &met.spot, contacts, way);
         Some((met, carried))
+    }
+}
+
+/// How far the face that a tool meets lies within the surface's radii, m.
+fn behind_m(surface: &Surface, side: Side) -> f32 {
+    match side {
+        Side::Outside => 0.0,
+        Side::Inside => surface.thickness_m(),
     }
 }
 
@@ -537,12 +628,12 @@ fn yields<S: Simd>(
     Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
 }
 
-/// Sum of share·area·(the normal's part along the tool's own ray, away from the clay), over the area of an element at radius 1,
-/// after a wall has given way.
+/// Sums of share·area·(the normal's part along the tool's own ray, away from the clay) and of share·area, over the area of an element at
+/// radius 1, after a wall has given way.
 #[inline(always)]
-fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way: &GivenWay) -> f32 {
+fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way: &GivenWay) -> [f32; 2] {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let [mut x, mut y] = [zero; 2];
+    let [mut x, mut y, mut all] = [zero; 3];
     let bed = spot.bed();
     let outwards = outwards(press.side);
     for stretch in contacts.stretches() {
@@ -556,10 +647,11 @@ fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way
             ahead_sum += carried;
             aside_sum += carried * chunk.aside.on(simd);
         }
+        all += ahead_sum;
         let aside = aside_sum * outwards;
         x += ahead_sum * cos - aside * sin;
         y += ahead_sum * sin + aside * cos;
     }
     let (sin, cos) = libm::sincosf(contacts.angle_rad);
-    sum(x) * cos + sum(y) * sin
+    [sum(x) * cos + sum(y) * sin, sum(all)]
 }

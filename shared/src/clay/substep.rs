@@ -68,11 +68,24 @@ impl Press {
     }
 
     /// Whether it is one that a tool on clay can make: at a place, with a share of what is there, in a material there is.
-    fn is_sound(&self) -> bool {
+    pub(super) fn is_sound(&self) -> bool {
         self.centre_m.is_finite()
             && self.dt.0 >= 0.0
             && (0.0..=1.0).contains(&self.response)
             && self.strength.is_sound()
+    }
+
+    /// The same as a wall meets it that was moved against it by so much, m.
+    pub(super) fn nearer(&self, by_m: f32) -> Self {
+        let by_m = match self.side {
+            Side::Outside => -by_m,
+            Side::Inside => by_m,
+        };
+        let moved = |at: Vec3| {
+            let times = 1.0 + by_m / libm::hypotf(at.x, at.y).max(by_m.abs());
+            Vec3::new(at.x * times, at.y * times, at.z)
+        };
+        Self { centre_m: moved(self.centre_m), from_m: self.from_m.map(moved), ..*self }
     }
 
     /// Parts into which its way is cut. Each is at most a third of the tool's radius R, so that the grooves of a small contact
@@ -117,6 +130,9 @@ impl Press {
     }
 }
 
+/// A press, or a part of one, with the number of the press among those of a sub-step.
+pub type Part = (usize, Press);
+
 /// Scratch memory and result of one sub-step.
 ///
 /// A Jacobi step: with Δᵢ the displacement that press i asks for on its own, an element moves by
@@ -129,8 +145,8 @@ pub struct SubStep {
     contacts: Vec<Contact>,
     /// Of each press of the last step, whether it met clay on any part of its way.
     met: Vec<bool>,
-    /// The parts that are pressed at once, each with the number of its press.
-    parts: Vec<(usize, Press)>,
+    /// The parts that are pressed at once, each with the number of its press, and after them those that only stand at the wall meanwhile.
+    parts: Vec<Part>,
     cutter: Option<Box<Cutter>>,
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
@@ -167,6 +183,14 @@ impl SubStep {
     pub fn using(mut self, vectors: Vectors) -> Self {
         self.vectors = vectors;
         self.footprints = self.footprints.into_iter().map(|footprint| footprint.using(vectors)).collect();
+        self
+    }
+
+    /// The same with room for so many presses at once on a grid, so that they allocate nothing.
+    #[must_use]
+    pub fn with_room(mut self, shape: GridShape, presses: usize) -> Self {
+        self.make_room(shape, presses);
+        self.parts.reserve(presses);
         self
     }
 
@@ -208,6 +232,18 @@ impl SubStep {
         pot: &mut Pot,
         presses: &[Press],
         method: impl Method,
+        touched: impl FnMut(usize, Window),
+    ) -> &[Contact] {
+        self.advance_beside(pot, presses, &[], method, touched)
+    }
+
+    /// The same while others, who press nothing here, hold against the wall as well where it bends.
+    pub fn advance_beside(
+        &mut self,
+        pot: &mut Pot,
+        presses: &[Press],
+        beside: &[Press],
+        method: impl Method,
         mut touched: impl FnMut(usize, Window),
     ) -> &[Contact] {
         self.contacts.clear();
@@ -216,16 +252,29 @@ impl SubStep {
         self.met.resize(presses.len(), false);
         let rounds = presses.iter().map(|press| press.parts(self.cutter.as_deref())).max().unwrap_or(1);
         let mut now = core::mem::take(&mut self.parts);
+        let bends = pot.surfaces().iter().any(|surface| surface.bending().is_some());
         for round in 1..=rounds {
             now.clear();
+            let parts = |press: &Press| press.parts(self.cutter.as_deref());
+            let is_due = |parts: u32| round * parts / rounds > (round - 1) * parts / rounds;
             for (number, press) in presses.iter().enumerate() {
-                let parts = press.parts(self.cutter.as_deref());
-                let part = round * parts / rounds;
-                if part > (round - 1) * parts / rounds {
-                    now.push((number, press.part(part, parts)));
+                let parts = parts(press);
+                if is_due(parts) {
+                    now.push((number, press.part(round * parts / rounds, parts)));
                 }
             }
-            self.advance_once(pot, &now, &method, &mut touched);
+            let due = now.len();
+            if bends {
+                for (number, press) in presses.iter().enumerate() {
+                    let parts = parts(press);
+                    if !is_due(parts) {
+                        // where it is going to
+                        now.push((number, press.part(round * parts / rounds + 1, parts)));
+                    }
+                }
+                now.extend(beside.iter().map(|press| (usize::MAX, *press)));
+            }
+            self.advance_once(pot, &now, due, &method, &mut touched);
         }
         self.parts = now;
         &self.contacts
@@ -239,72 +288,99 @@ impl SubStep {
 
     /// What `pot` opposes to a tool where a press ends, without being moved by it.
     pub fn feel(&mut self, pot: &Pot, press: &Press, method: impl Method) -> Contact {
+        self.feel_beside(pot, press, &[], method)
+    }
+
+    /// The same while others hold against the wall as well where it bends.
+    pub fn feel_beside(&mut self, pot: &Pot, press: &Press, beside: &[Press], method: impl Method) -> Contact {
         let mut total = Contact::default();
         if !press.is_sound() {
             return total;
         }
+        let mut all = core::mem::take(&mut self.parts);
+        all.clear();
+        all.push((usize::MAX, *press));
+        all.extend(beside.iter().map(|press| (usize::MAX, *press)));
         for surface in pot.surfaces() {
-            if self.footprints.is_empty() {
-                self.footprints.push(Footprint::for_grid(surface.shape()).using(self.vectors));
-            }
-            let footprint = &mut self.footprints[0];
-            core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-            let contact = method.press(surface, press, footprint);
-            core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-            total.force_n += contact.force_n;
-            total.elements += contact.elements;
-            total.penetration_m = total.penetration_m.max(contact.penetration_m);
-            total.held_n += contact.held_n;
-            total.sink = contact.sink;
+            self.make_room(surface.shape(), all.len());
+            self.brace(surface, &all, 1, &method);
+            total.add(&self.press_one(surface, press, 0, &method));
         }
+        self.parts = all;
         total
     }
 
     fn advance_once(
         &mut self,
         pot: &mut Pot,
-        presses: &[(usize, Press)],
+        all: &[Part],
+        due: usize,
         method: &impl Method,
         touched: &mut impl FnMut(usize, Window),
     ) {
+        let presses = &all[..due];
         for &(number, _) in presses {
             self.contacts[number] = Contact::default();
         }
         for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
-            while self.footprints.len() < presses.len() {
-                self.footprints.push(Footprint::for_grid(surface.shape()).using(self.vectors));
+            self.make_room(surface.shape(), all.len());
+            self.brace(surface, all, due, method);
+            for (at, (of, press)) in presses.iter().enumerate() {
+                let contact = self.press_one(surface, press, at, method);
+                self.met[*of] |= contact.elements > 0 || !self.footprints[at].window().is_empty();
+                self.contacts[*of].add(&contact);
             }
-            let footprints = &mut self.footprints[..presses.len()];
-            for ((of, press), footprint) in presses.iter().zip(&mut *footprints) {
-                // the one place that keeps out what is no press: past it, everything is finite
-                let contact = if press.is_sound() {
-                    core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-                    let contact = method.press(surface, press, footprint);
-                    core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-                    contact
-                } else {
-                    footprint.reset(Window::default());
-                    Contact::default()
-                };
-                self.met[*of] |= contact.elements > 0 || !footprint.window().is_empty();
-                let total = &mut self.contacts[*of];
-                total.force_n += contact.force_n;
-                total.elements += contact.elements;
-                total.penetration_m = total.penetration_m.max(contact.penetration_m);
-                total.held_n += contact.held_n;
-                total.sink = contact.sink;
-            }
+            let footprints = &mut self.footprints[..due];
             if let [alone] = footprints {
                 surface.displace(alone);
             } else {
-                self.merge(surface, presses.len());
+                self.merge(surface, due);
             }
-            for footprint in &self.footprints[..presses.len()] {
+            for footprint in &self.footprints[..due] {
                 if !footprint.window().is_empty() {
                     touched(number, footprint.window());
                 }
             }
         }
+    }
+
+    /// Footprints for so many presses.
+    fn make_room(&mut self, shape: GridShape, presses: usize) {
+        while self.footprints.len() < presses {
+            self.footprints.push(Footprint::for_grid(shape).using(self.vectors));
+        }
+    }
+
+    /// Lets all that stand at a wall which bends bend it together, before the first `due` of them are pressed.
+    fn brace(&mut self, surface: &Surface, all: &[Part], due: usize, method: &impl Method) {
+        if all.len() < 2 || surface.bending().is_none() {
+            return;
+        }
+        let footprints = &mut self.footprints[..all.len()];
+        core::mem::swap(&mut footprints[0].scratch.cutter, &mut self.cutter);
+        method.brace(surface, all, footprints);
+        core::mem::swap(&mut footprints[0].scratch.cutter, &mut self.cutter);
+        for ((of, _), footprint) in all.iter().zip(&mut *footprints) {
+            // what the others met follows from it, so that it cannot be left out when they are pressed again
+            if let Some(met) = self.met.get_mut(*of) {
+                *met |= footprint.scratch.braced.is_some();
+            }
+        }
+        footprints[due..].iter_mut().for_each(|footprint| footprint.scratch.braced = None);
+    }
+
+    /// Evaluates a press with the footprint of its place.
+    fn press_one(&mut self, surface: &Surface, press: &Press, at: usize, method: &impl Method) -> Contact {
+        let footprint = &mut self.footprints[at];
+        // the one place that keeps out what is no press: past it, everything is finite
+        if !press.is_sound() {
+            footprint.reset(Window::default());
+            return Contact::default();
+        }
+        core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+        let contact = method.press(surface, press, footprint);
+        core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
+        contact
     }
 
     /// Displaces `surface` by the footprints of so many presses: by those that meet no other as they are, by the others merged.

@@ -10,8 +10,13 @@ use core::ops::Range;
 use super::GridShape;
 use super::contact::{Contacts, Stretch};
 use super::faceted::Cutter;
+use super::joint::Joint;
 use super::lanes::{Eight, LANES, Simd, SimdBase, Vectors};
 use super::rim::RimScratch;
+use super::series::Braced;
+
+/// Tools that bend a wall together without allocating.
+const JOINT_TOOLS: usize = 8;
 
 /// A rectangle of elements; columns wrap round the pot, rows do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,6 +144,9 @@ pub(super) struct Scratch {
     pub(super) pushes: Vec<Push>,
     pub(super) row_kernel: Vec<f32>,
     pub(super) rim: RimScratch,
+    /// How a wall has given way under this press among others, once they were braced; the contacts are then found already.
+    pub(super) braced: Option<Braced>,
+    pub(super) joint: Joint,
     /// The convex tools, lent by the sub-step for the time of a press with one.
     pub(super) cutter: Option<Box<Cutter>>,
 }
@@ -182,6 +190,8 @@ impl Footprint {
             pushes: Vec::with_capacity(eights),
             rim: RimScratch::with_room(shape),
             row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
+            braced: None,
+            joint: Joint::with_room(JOINT_TOOLS),
             cutter: None,
         };
         Self {

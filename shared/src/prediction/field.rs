@@ -5,7 +5,7 @@
 
 use alloc::vec::Vec;
 
-use crate::clay::{Conditions, Contact, GridShape, Pot, SubStep, Window};
+use crate::clay::{Conditions, Contact, GridShape, Pot, Press, SubStep, Window};
 use crate::snapshot::{SnapshotClock, Touched, dequantise, quantise};
 use crate::tool::ToolSample;
 use crate::units::Tick;
@@ -20,14 +20,20 @@ pub struct Field {
     clock: SnapshotClock,
     /// The sample pressed last.
     last: Option<ToolSample>,
+    /// Where others' tools were last heard of, which hold against a wall that bends.
+    beside: Vec<ToolSample>,
 }
 
 impl Field {
+    /// Most tools of others that are reckoned with.
+    pub const BESIDE_MAX: usize = 4;
+
     /// A field of the given clay in which nothing is pressed after `through`, rounded as at the first wheel.
     #[must_use]
     pub fn new(pot: Pot, through: Tick) -> Self {
         let unrounded = Touched::none(shapes(&pot).into_iter());
-        Self { pot, unrounded, through, clock: SnapshotClock::default(), last: None }
+        let beside = Vec::with_capacity(Self::BESIDE_MAX);
+        Self { pot, unrounded, through, clock: SnapshotClock::default(), last: None, beside }
     }
 
     /// The same, rounded at a wheel's own snapshots.
@@ -63,9 +69,10 @@ impl Field {
         self.advance(sample.tick.offset(-1));
         let press = conditions.press(sample, self.last.as_ref());
         self.last = Some(*sample);
-        let mut own = touched;
+        let beside = self.held_beside(&press, sample.tick, conditions);
+        let (mut own, beside) = (touched, &beside[..self.beside.len()]);
         let unrounded = &mut self.unrounded;
-        let contacts = substep.advance(&mut self.pot, &[press], conditions.method, |surface, window| {
+        let contacts = substep.advance_beside(&mut self.pot, &[press], beside, conditions.method, |surface, window| {
             unrounded.add_window(surface, window);
             if let Some(touched) = &mut own {
                 touched.add_window(surface, window);
@@ -78,7 +85,51 @@ impl Field {
 
     /// What the clay opposes to a tool that would be at a sample, without being moved by it.
     pub fn feel(&self, sample: &ToolSample, conditions: &Conditions, substep: &mut SubStep) -> Contact {
-        substep.feel(&self.pot, &conditions.press(sample, self.last.as_ref()), conditions.method)
+        let press = conditions.press(sample, self.last.as_ref());
+        let beside = self.held_beside(&press, sample.tick, conditions);
+        substep.feel_beside(&self.pot, &press, &beside[..self.beside.len()], conditions.method)
+    }
+
+    /// How others' tools stand at the pot at a tick, as far as there are any.
+    fn held_beside(&self, own: &Press, tick: Tick, conditions: &Conditions) -> [Press; Self::BESIDE_MAX] {
+        core::array::from_fn(|number| match self.beside.get(number) {
+            Some(tool) => conditions.press(&ToolSample { tick, ..*tool }, None),
+            None => *own,
+        })
+    }
+
+    /// Whether its wall bends, so that others' tools tell under one's own.
+    #[must_use]
+    pub fn bends(&self) -> bool {
+        self.pot.surfaces().iter().any(|surface| surface.bending().is_some())
+    }
+
+    /// Others' tools that hold against the wall.
+    #[must_use]
+    pub fn beside(&self) -> &[ToolSample] {
+        &self.beside
+    }
+
+    /// Takes in where they are, the first [`Field::BESIDE_MAX`]; says whether that is news.
+    pub fn set_beside(&mut self, tools: impl Iterator<Item = ToolSample>) -> bool {
+        let (mut count, mut is_news) = (0, false);
+        for tool in tools.take(Self::BESIDE_MAX) {
+            match self.beside.get_mut(count) {
+                Some(known) => {
+                    // when it was heard of does not matter
+                    is_news |= ToolSample { tick: known.tick, ..tool } != *known;
+                    *known = tool;
+                }
+                None => {
+                    self.beside.push(tool);
+                    is_news = true;
+                }
+            }
+            count += 1;
+        }
+        is_news |= self.beside.len() > count;
+        self.beside.truncate(count);
+        is_news
     }
 
     /// Lets time pass to `tick`, rounding the clay at the snapshot ticks on the way.
@@ -118,6 +169,7 @@ impl Field {
         self.unrounded.add_all(&other.unrounded);
         (self.through, self.clock) = (other.through, other.clock);
         self.last = other.last;
+        self.beside.clone_from(&other.beside);
     }
 }
 

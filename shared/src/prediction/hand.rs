@@ -47,7 +47,9 @@ impl Hand {
     #[must_use]
     pub fn new(patch: Patch) -> Self {
         let largest = patch.field.pot().surfaces().iter().map(crate::clay::Surface::shape).max_by_key(|s| s.elements());
-        let substep = SubStep::with_rack(largest.unwrap_or(GridShape::PAPER), patch.rack);
+        let shape = largest.unwrap_or(GridShape::PAPER);
+        let presses = if patch.field.bends() { 1 + Field::BESIDE_MAX } else { 1 };
+        let substep = SubStep::with_rack(shape, patch.rack).with_room(shape, presses);
         Self {
             field: patch.field,
             conditions: patch.conditions,
@@ -122,12 +124,14 @@ impl Hand {
         (velocity_m_s, element_m2, self.conditions.material.at(tick))
     }
 
-    /// Whether the clay that was felt until `patch` was taken over is another under the tool than that which is felt now.
+    /// Whether the clay that was felt until `patch` was taken over is another under the tool than that which is felt now, or held by others
+    /// elsewhere.
     #[must_use]
     pub fn is_corrected_since(&self, patch: &Patch) -> bool {
         let Some(last) = self.last() else { return false };
         let at_m = self.conditions.phase(last.tick).pot_from_room(last.centre.point_m());
         self.conditions != patch.conditions
+            || self.field.beside() != patch.field.beside()
             || ground::differs(self.field.pot(), patch.field.pot(), at_m, self.reach_m(last.tool))
     }
 

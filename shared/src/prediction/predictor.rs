@@ -87,6 +87,11 @@ impl Predictor {
         self.substep.swap_rack(&mut rack);
     }
 
+    /// Takes in where others' tools are, which hold against a wall that bends; says whether that is news.
+    pub fn set_beside(&mut self, tools: impl Iterator<Item = ToolSample>) -> bool {
+        self.field.set_beside(tools)
+    }
+
     /// Samples not yet acknowledged, oldest first.
     #[must_use]
     pub const fn pending(&self) -> &VecDeque<Pending> {

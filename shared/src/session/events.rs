@@ -64,6 +64,8 @@ pub enum ClientEvent {
     Guidance(GuidanceEvent),
     /// There is a newer place of the hand that guides this client.
     Hand,
+    /// Others hold elsewhere against a wall that bends; the predicted clay knows it.
+    Beside,
     /// The server's time is another than it was: what was stamped with the one before is worth nothing, and so is this session. Leave it and join
     /// anew.
     Leapt,

@@ -37,6 +37,9 @@ impl Support {
     }
 }
 
+/// Radius of the finger inside.
+pub const FINGER: Metres = Metres(0.015);
+
 /// Pot, sphere and clay of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
@@ -134,6 +137,7 @@ pub fn reference_dent(grid: GridShape, depth_mm: f32, release: bool) -> Dent {
         strength: Strength::default(),
         tool: Metres::from_mm(12.0),
         depth: Metres::from_mm(depth_mm),
+        finger: None,
         release,
         round: None,
     }

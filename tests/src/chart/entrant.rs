@@ -6,7 +6,7 @@
 use pottery_shared::clay::{self, GridShape, MethodKind, PotSpec};
 
 use super::ChartError;
-use super::cases::Support;
+use super::cases::{FINGER, Support};
 use crate::dent::{Dent, DentError, Dented, Pressing};
 use crate::yardstick::{free_form, greens, literal, long_elements};
 
@@ -52,7 +52,7 @@ pub const ENTRANTS: &[Entrant] = &[
         name: "ours",
         title: "ours",
         model: Model::Method(MethodKind::Plastic),
-        supports: &[Support::Backed, Support::Hollow],
+        supports: &[Support::Backed, Support::Hollow, Support::Finger],
         choose: "Choose it by default: it is the only one whose clay holds a still tool, springs back, rises round the dent \
                  and pushes back with the force of clay.",
     },
@@ -147,9 +147,12 @@ impl Entrant {
     /// # Errors
     /// [`ChartError`] when the press makes no sense.
     pub fn dent(&self, dent: &Dent, support: Support) -> Result<Dented, ChartError> {
-        // of a finger inside nobody knows; the methods take the wall as backed
-        let behind = if support == Support::Hollow { clay::Support::Hollow } else { clay::Support::Backed };
-        let dent = Dent { pot: PotSpec { support: behind, ..dent.pot }, ..*dent };
+        // who does not know of a finger inside takes the wall as backed
+        let is_known = self.supports.contains(&support);
+        let is_free = support == Support::Hollow || support == Support::Finger && is_known;
+        let behind = if is_free { clay::Support::Hollow } else { clay::Support::Backed };
+        let finger = (support == Support::Finger && is_known).then_some(FINGER);
+        let dent = Dent { pot: PotSpec { support: behind, ..dent.pot }, finger, ..*dent };
         Ok(match self.model {
             Model::Method(method) => Dent { method, ..dent }.press()?,
             Model::Yardstick { dent: press, .. } => press(&dent)?,

@@ -3,6 +3,7 @@
 //! Owns what is asked for when something is missing; the state is the client's.
 //! Invariant: a word of the server that cannot be true moves nothing and is counted, and clay that it brought is the server's again soon.
 
+use alloc::vec::Vec;
 use core::time::Duration;
 
 use super::Client;
@@ -11,8 +12,9 @@ use crate::session::assembly::{Step, Traveller};
 use crate::session::course::Word;
 use crate::session::retelling::{UNLIKE_MAX, press_again};
 use crate::session::welcome::remote_tool;
-use crate::session::{ClientEvent, InputQueue};
+use crate::session::{ClientEvent, InputQueue, RemoteTool};
 use crate::snapshot::{SnapshotError, Version};
+use crate::tool::ToolSample;
 use crate::units::Tick;
 
 /// That newer clay is known of than can be come to.
@@ -59,10 +61,31 @@ impl Client {
         {
             self.tools_tick = tick;
             self.tools = tools.iter().filter_map(remote_tool).collect();
+            self.look_beside();
         }
         let sound = self.assembly.handle(body, pulse.head.acknowledged, self.replica.version());
         self.catch_up(now);
         sound
+    }
+
+    /// Tells prediction where others hold against a wall that bends: those first that touch it.
+    fn look_beside(&mut self) {
+        let (field, tick) = (self.predictor.field(), self.tools_tick);
+        if !field.bends() {
+            return;
+        }
+        let (pot, phase) = (field.pot(), self.conditions.phase(tick));
+        let others = self.tools.iter().filter(|tool| tool.client != self.number);
+        let mut beside: Vec<_> = others
+            .map(|&RemoteTool { tool, orientation, centre, touching, .. }| {
+                let side = pot.side_of(phase.pot_from_room(centre.point_m()));
+                (touching, ToolSample { tick, tool, orientation, centre, side })
+            })
+            .collect();
+        beside.sort_by_key(|(touching, _)| !touching);
+        if self.predictor.set_beside(beside.into_iter().map(|(_, sample)| sample)) {
+            self.events.push_back(ClientEvent::Beside);
+        }
     }
 
     /// Takes in a keyframe stream; false when it made no sense or cannot be true, and was dropped.

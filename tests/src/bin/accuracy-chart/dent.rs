@@ -47,6 +47,9 @@ pub(crate) struct DentFlags {
     /// What stands behind the wall
     #[arg(long, value_enum, default_value_t = SupportName::Backed)]
     support: SupportName,
+    /// Hold a ball of this radius inside of the wall, opposite the tool
+    #[arg(long)]
+    finger_mm: Option<f32>,
     /// Columns x rows
     #[arg(long, default_value = "360x400", value_parser = grid)]
     grid: GridShape,
@@ -108,6 +111,7 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
         strength: Strength { youngs_pa: flags.youngs_mpa * 1e6, yield_pa: flags.yield_kpa * 1e3 },
         tool: Metres::from_mm(flags.tool_radius_mm),
         depth: Metres::from_mm(flags.depth_mm),
+        finger: flags.finger_mm.map(Metres::from_mm),
         release: flags.release,
         round: flags.rpm.zip(flags.turns).map(|(rpm, turns)| (rpm, Metres::from_mm(flags.feed_mm_per_rev), turns)),
     };
@@ -127,6 +131,9 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     }
     std::fs::write(&flags.out, text).map_err(|error| format!("{} cannot be written: {error}", flags.out.display()))?;
     println!("radial force    {:.3} N", dented.force_n);
+    if let Some(finger_n) = dented.finger_n {
+        println!("on the finger   {finger_n:.3} N");
+    }
     println!("volume in       {:.2} mm³", dented.volume_in_mm3);
     println!("volume out      {:.2} mm³", dented.volume_out_mm3);
     println!("a step          {:.0} ns", dented.step_ns);

@@ -1,0 +1,385 @@
+//! Several tools at one wall that bends: each finds it where all of them together have bent it to.
+//!
+//! Owns the balance between the tools' loads; what the clay opposes to each is told by who asks.
+//! Invariant: the same tools make the same steps to the same answer, in whatever order they are given, and never more than
+//! [`LOOKS_MAX`] looks at each contact.
+
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+use glam::Vec3;
+
+use super::series::{GivenWay, Hinge, Seen, bow_per_m};
+use super::{Press, WallBending};
+use crate::tool::Side;
+
+/// Looks at each contact, at most.
+const LOOKS_MAX: u32 = 12;
+/// Difference between what the wall bears and what is on it at which both are taken as one, over the largest of the loads; it bounds the
+/// error of the force.
+const CLOSE: f64 = 1.0 / 400.0;
+/// Newton's steps of one balance, at most, and halvings of one of them.
+const STEPS_MAX: u32 = 24;
+const HALVINGS_MAX: u32 = 5;
+/// What of a balance may be left, over the deepest tool's depth.
+const LEFT: f64 = 1e-5;
+
+/// Power with which a load rises with what is left of the depth, before two looks have told: Hertz's, and the least and the most it is
+/// taken for. Clay that has taken the tool's shape bears nearly as much whatever is left.
+const POWER: f64 = 4.0 / 3.0;
+const POWERS: [f64; 2] = [0.2, 2.0];
+/// What a tool is taken to bear where nothing was seen of what it should, over that.
+const MISSED: f64 = 0.1;
+/// Looks that are nearer to each other than this share tell no power.
+const NEAR: f64 = 1e-3;
+
+/// Where a tool stands.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Standing {
+    /// Its number among those that ask.
+    number: usize,
+    /// 1 for a tool that presses towards the axis, −1 for one that presses away from it.
+    sign: f64,
+    /// Of its contact's middle, once it touches.
+    angle_rad: f32,
+    z_m: f32,
+}
+
+impl Standing {
+    /// Of a press with a number.
+    pub(super) fn of(number: usize, press: &Press) -> Self {
+        let sign = match press.side {
+            Side::Outside => 1.0,
+            Side::Inside => -1.0,
+        };
+        let Vec3 { x, y, z: z_m } = press.centre_m;
+        Self { number, sign, angle_rad: libm::atan2f(y, x), z_m }
+    }
+
+    fn place(&self) -> [f32; 2] {
+        [self.angle_rad, self.z_m]
+    }
+}
+
+/// A tool at the wall.
+#[derive(Clone, Copy, Debug, Default)]
+struct At {
+    standing: Standing,
+    patch_m: f32,
+    long_m: f32,
+    one_sided: f32,
+    /// See [`Seen::deepest_m`]; none while it has never touched.
+    deepest_m: Option<f64>,
+    /// When the wall yields, see [`Seen`].
+    hinge: Hinge,
+    fold_m: f32,
+    /// What was left at the last look, m, and borne, m²; the power with which the load rises with what is left.
+    known: [f64; 2],
+    power: f64,
+    /// How firmly it presses, over the last look, less than nothing where it does not touch: of powers of this are what is left of its depth,
+    /// m, and its load over Young's modulus, m², with their slopes.
+    firmly: f64,
+    left_m: [f64; 2],
+    load_m2: f64,
+    slope_m2: f64,
+    /// By how much too deep it is then, m.
+    over_m: f64,
+    /// How far the wall gives way under it, m, and its share of what one that does not yield would not.
+    given_m: f64,
+    hinge_m: f64,
+    /// The wall's compliance there, 1/m, and the load under which it folds, m², both in the tool's direction.
+    own_per_m: f64,
+    net_m2: f64,
+}
+
+impl At {
+    /// Takes in what was seen where the wall had given way as the balance said.
+    fn take(&mut self, seen: &Seen) {
+        let (deepest_m, load_m2) = (f64::from(seen.deepest_m), f64::from(seen.load_m2));
+        (self.standing.angle_rad, self.standing.z_m) = (seen.angle_rad, seen.z_m);
+        (self.patch_m, self.long_m) = (seen.patch_m, seen.long_m);
+        if self.deepest_m.is_none() {
+            // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool
+            self.one_sided = seen.one_sided;
+        }
+        (self.hinge, self.fold_m) = (seen.hinge, seen.fold_m);
+        let left_m = deepest_m - self.given_m;
+        if load_m2 > 0.0 && left_m > 0.0 {
+            self.deepest_m = Some(deepest_m);
+            let [left_before_m, before_m2] = core::mem::replace(&mut self.known, [left_m, load_m2]);
+            let nearer = left_m / left_before_m;
+            if before_m2 > 0.0 && (nearer - 1.0).abs() > NEAR {
+                let power = libm::log(load_m2 / before_m2) / libm::log(nearer);
+                self.power = power.clamp(POWERS[0], POWERS[1]);
+            }
+        }
+        self.load_m2 = load_m2;
+    }
+
+    /// Takes in that nothing was borne there: where something should have been, it is much less.
+    fn miss(&mut self) {
+        if self.load_m2 > 0.0 {
+            self.known = [self.left_m[0], MISSED * self.load_m2];
+        }
+        self.load_m2 = 0.0;
+    }
+
+    /// Powers of firmness: neither falls with it as it nears nothing, so that Newton's steps come to an end.
+    fn powers(&self) -> [f64; 2] {
+        if self.power < 1.0 { [1.0 / self.power, 1.0] } else { [1.0, self.power] }
+    }
+
+    /// Begins with what would be left if the wall bore the tool alone.
+    fn begin(&mut self) {
+        let (Some(deepest_m), [known_m, known_m2]) = (self.deepest_m, self.known) else { return };
+        let [of_left, of_load] = self.powers();
+        self.firmly = libm::pow(deepest_m.max(0.0) / known_m, 1.0 / of_left);
+        if self.own_per_m > 0.0 {
+            let borne_m2 = self.hinge.load_m2((deepest_m.max(0.0) / self.own_per_m) as f32);
+            self.firmly = self.firmly.min(libm::pow(f64::from(borne_m2) / known_m2, 1.0 / of_load));
+        }
+    }
+
+    /// What is left and borne at a firmness.
+    fn press(&mut self, firmly: f64) {
+        let [known_m, known_m2] = self.known;
+        if !firmly.is_finite() {
+            return;
+        }
+        self.firmly = firmly;
+        if firmly <= 0.0 {
+            // it comes off
+            (self.left_m, self.load_m2, self.slope_m2) = ([known_m * firmly, known_m], 0.0, 0.0);
+            return;
+        }
+        let [of_left, of_load] = self.powers();
+        let left_m = known_m * libm::pow(firmly, of_left);
+        self.left_m = [left_m, of_left * left_m / firmly];
+        self.load_m2 = known_m2 * libm::pow(firmly, of_load);
+        self.slope_m2 = of_load * self.load_m2 / firmly;
+    }
+
+    /// How the wall gives way under it, to be looked at.
+    fn way(&self, bending: &WallBending) -> GivenWay {
+        let net_m2 = self.net_m2 as f32;
+        let local_m = self.own_per_m as f32 * net_m2 * (1.0 + self.hinge.softer(net_m2));
+        GivenWay {
+            depth_m: self.given_m as f32,
+            bow_per_m: bow_per_m(bending, net_m2, self.patch_m, self.long_m, self.left_m[0] as f32),
+            load_m2: self.load_m2 as f32,
+            hinge_m: self.hinge_m as f32,
+            folds: Hinge { fold_m2: self.fold_m, ..self.hinge }.folds_at(local_m),
+        }
+    }
+}
+
+/// Room for the balance, kept so that no step allocates.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Joint {
+    tools: Vec<At>,
+    /// How far the wall gives way at one tool's place under another's load, 1/m, and the share of that load by which it folds there.
+    between_per_m: Vec<f64>,
+    folding: Vec<f64>,
+    /// Newton's matrix with its right-hand side, `[tools][tools + 1]`.
+    system: Vec<f64>,
+    before: Vec<f64>,
+}
+
+impl Joint {
+    /// Room for so many tools.
+    pub(super) fn with_room(tools: usize) -> Self {
+        Self {
+            tools: Vec::with_capacity(tools),
+            between_per_m: Vec::with_capacity(tools * tools),
+            folding: Vec::with_capacity(tools * tools),
+            system: Vec::with_capacity(tools * (tools + 1)),
+            before: Vec::with_capacity(tools),
+        }
+    }
+
+    /// Lets tools bend the wall together. `look` tells what one of them meets at a wall that has given way under it, by less than nothing where
+    /// others push it against the tool; nothing where it does not touch.
+    ///
+    /// With the depth `p_i` of a tool at the unbent wall, its load `L_i` over Young's modulus, `s_i` its direction and `c_ij` the wall's
+    /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
+    /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁶)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
+    /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
+    /// balance does.
+    pub(super) fn settle(
+        &mut self,
+        bending: &WallBending,
+        tools: impl Iterator<Item = Standing>,
+        mut look: impl FnMut(usize, &GivenWay) -> Option<Seen>,
+    ) {
+        self.tools.clear();
+        self.tools.extend(tools.map(|standing| At {
+            standing,
+            power: POWER,
+            fold_m: f32::MAX,
+            one_sided: 1.0,
+            ..At::default()
+        }));
+        for tool in &mut self.tools {
+            let seen = look(tool.standing.number, &GivenWay::default()).filter(|seen| seen.load_m2 > 0.0);
+            if let Some(seen) = seen {
+                tool.take(&seen);
+            }
+        }
+        // an order of their own, so that no sum goes by that in which they were given
+        let key = |At { load_m2, standing: Standing { sign, angle_rad, z_m, .. }, .. }: &At| {
+            [*load_m2, *sign, f64::from(*angle_rad), f64::from(*z_m)]
+        };
+        self.tools.sort_unstable_by(|one, other| {
+            let pairs = key(one).into_iter().zip(key(other));
+            pairs.map(|(one, other)| one.total_cmp(&other)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        });
+        for _ in 1..LOOKS_MAX {
+            self.answers(bending);
+            self.balance();
+            let most_m2 = self.tools.iter().map(|tool| tool.load_m2).fold(0.0, f64::max);
+            let mut is_found = true;
+            for tool in &mut self.tools {
+                let way = tool.way(bending);
+                let borne_m2 = tool.load_m2;
+                match look(tool.standing.number, &way).filter(|seen| seen.load_m2 > 0.0) {
+                    Some(seen) => tool.take(&seen),
+                    None => tool.miss(),
+                }
+                is_found &= (tool.load_m2 - borne_m2).abs() <= CLOSE * most_m2;
+            }
+            if is_found {
+                break;
+            }
+        }
+    }
+
+    /// Looks up how the wall answers between all of them.
+    fn answers(&mut self, bending: &WallBending) {
+        let Self { tools, between_per_m, folding, .. } = self;
+        between_per_m.clear();
+        folding.clear();
+        for (row, one) in tools.iter().enumerate() {
+            for (column, other) in tools.iter().enumerate() {
+                let [at, from] = [one, other].map(|tool| tool.standing.place());
+                let patch_m = one.patch_m.max(other.patch_m);
+                let per_m = if row == column {
+                    bending.compliance(one.standing.z_m, patch_m)
+                } else {
+                    bending.between(at, from, patch_m)
+                };
+                between_per_m.push(f64::from(one.one_sided * other.one_sided * per_m));
+                folding.push(if row == column { 1.0 } else { f64::from(bending.folding(at, from)) });
+            }
+        }
+    }
+
+    /// Finds the loads that the wall bears, and how far it gives way to them.
+    fn balance(&mut self) {
+        let count = self.tools.len();
+        let most_m = self.tools.iter().filter_map(|tool| tool.deepest_m).fold(0.0, f64::max);
+        for (number, tool) in self.tools.iter_mut().enumerate() {
+            tool.own_per_m = self.between_per_m[number * count + number];
+            tool.begin();
+            tool.press(tool.firmly);
+        }
+        let mut left = self.put_on();
+        for _ in 0..STEPS_MAX {
+            if left <= LEFT * most_m {
+                break;
+            }
+            self.fill_system();
+            solve(&mut self.system, count);
+            self.before.clear();
+            self.before.extend(self.tools.iter().map(|tool| tool.firmly));
+            let mut share = 1.0;
+            for _ in 0..=HALVINGS_MAX {
+                let steps = self.system.chunks_exact(count + 1);
+                for ((tool, before), row) in self.tools.iter_mut().zip(&self.before).zip(steps) {
+                    tool.press(before - share * row[count]);
+                }
+                let now = self.put_on();
+                if now < left * (1.0 - 0.1 * share) {
+                    left = now;
+                    break;
+                }
+                left = now;
+                share *= 0.5;
+            }
+        }
+    }
+
+    /// Lets what is left of the depths load the wall; the most by which a depth is then not what it should be, m.
+    fn put_on(&mut self) -> f64 {
+        let Self { tools, between_per_m, folding, .. } = self;
+        let count = tools.len();
+        let mut most_m = 0.0;
+        for number in 0..count {
+            let [per_m, cone] = [&*between_per_m, &*folding].map(|square| &square[number * count..][..count]);
+            let (mut bent_m, mut net_m2, mut all_m2) = (0.0, 0.0, 0.0);
+            for ((other, per_m), cone) in tools.iter().zip(per_m).zip(cone) {
+                bent_m += per_m * other.standing.sign * other.load_m2;
+                net_m2 += cone * other.standing.sign * other.load_m2;
+                all_m2 += cone * other.load_m2;
+            }
+            let tool = &mut tools[number];
+            let own_m = per_m[number] * net_m2;
+            let more_m = own_m * f64::from(tool.hinge.softer(net_m2 as f32));
+            tool.net_m2 = tool.standing.sign * net_m2;
+            tool.given_m = tool.standing.sign * (bent_m + more_m);
+            tool.hinge_m = if all_m2 > 0.0 { tool.standing.sign * more_m * tool.load_m2 / all_m2 } else { 0.0 };
+            if let Some(deepest_m) = tool.deepest_m {
+                tool.over_m = tool.left_m[0] + tool.given_m - deepest_m;
+                most_m = f64::max(most_m, tool.over_m.abs());
+            }
+        }
+        most_m
+    }
+
+    /// Writes down Newton's step.
+    fn fill_system(&mut self) {
+        let Self { tools, between_per_m, folding, system, .. } = self;
+        let count = tools.len();
+        system.clear();
+        for (row, one) in tools.iter().enumerate() {
+            let bends = one.own_per_m * 7.0 * f64::from(one.hinge.softer(one.net_m2 as f32));
+            for (column, other) in tools.iter().enumerate() {
+                let at = row * count + column;
+                // one that has never touched bears nothing and is moved by nobody
+                let is_own = row == column;
+                system.push(match one.deepest_m {
+                    Some(_) => {
+                        let moved = between_per_m[at] + bends * folding[at];
+                        let given = one.standing.sign * other.standing.sign * moved * other.slope_m2;
+                        if is_own { one.left_m[1] + given } else { given }
+                    }
+                    None if is_own => 1.0,
+                    None => 0.0,
+                });
+            }
+            system.push(one.over_m);
+        }
+    }
+}
+
+/// Solves `count` equations by elimination: the last column becomes the answer. The largest of a column is taken first.
+fn solve(system: &mut [f64], count: usize) {
+    let wide = count + 1;
+    for step in 0..count {
+        let largest = (step..count)
+            .max_by(|one, other| system[one * wide + step].abs().total_cmp(&system[other * wide + step].abs()))
+            .unwrap_or(step);
+        (step..wide).for_each(|column| system.swap(step * wide + column, largest * wide + column));
+        for row in 0..count {
+            let part = system[row * wide + step] / system[step * wide + step];
+            if row == step || part == 0.0 {
+                continue;
+            }
+            for column in step..wide {
+                system[row * wide + column] -= part * system[step * wide + column];
+            }
+        }
+    }
+    for row in 0..count {
+        system[row * wide + count] /= system[row * wide + row];
+    }
+}
