@@ -38,7 +38,7 @@ const ELSEWHERE: [&str; 6] = [
 ];
 
 /// Functions in the others that are beside the tick.
-const BESIDE: [(&str, &[&str]); 18] = [
+const BESIDE: [(&str, &[&str]); 19] = [
     // before the first tick and after the last
     ("client/src/haptic_loop.rs", &["new", "histogram"]),
     ("client/src/boundary.rs", &["boundary"]),
@@ -66,10 +66,11 @@ const BESIDE: [(&str, &[&str]); 18] = [
         ],
     ),
     // whose clay is copied, and whose tools: a worker's
-    ("shared/src/prediction/field.rs", &["shapes"]),
+    ("shared/src/prediction/field.rs", &["new", "shapes"]),
     // room that is made before the first step
     ("shared/src/clay/bending.rs", &["new", "assembled"]),
     ("shared/src/clay/contact.rs", &["with_room"]),
+    ("shared/src/clay/joint.rs", &["with_room"]),
     ("shared/src/clay/lathe.rs", &["new"]),
     ("shared/src/clay/pot.rs", &["new", "on_grid"]),
     ("shared/src/clay/rim.rs", &["with_room"]),

@@ -13,6 +13,7 @@ use super::jolts;
 use super::mechanism::Grip;
 use super::online::{Holder, Session, hold};
 use crate::line::Quality;
+use crate::simulation::BURSTS;
 
 /// How fast a hand means to go, m/s.
 const SPEED_M_S: f64 = 0.1;
@@ -147,6 +148,22 @@ pub(super) fn kick_at_an_opening(method: MethodKind) -> f64 {
 /// The same for two firm hands that pinch a wall.
 pub(super) fn kick_in_a_pinch(method: MethodKind) -> f64 {
     pinch(method).kick
+}
+
+/// How fast either of two hands is shaken that press a wall from both sides with 1.5 N, a hundred milliseconds away from each other, in the last
+/// second of eight, mm/s.
+pub(super) fn shaken_in_a_pinch(method: MethodKind) -> f64 {
+    let scene = Scene { support: Support::Hollow, ..Scene::of(method) };
+    let session = Session { scene, line: BURSTS, seed: 3, seconds: 8 };
+    let shaken = Grip::ALL.map(|grip| {
+        let pushes_mm = 1.5e3 / grip.stiffness_n_m;
+        let ways = [[[80.0, 150.0], [72.0 - pushes_mm, 150.0]], [[32.0, 150.0], [40.0 + pushes_mm, 150.0]]];
+        let holders = ways.map(|places| Holder::new(grip, move |seconds| on_the_way(&places, 0.0, seconds)));
+        let held = hold(&session, &holders);
+        let last = held.felt.iter().flat_map(|felt| felt.iter().rev().take(1000));
+        last.map(|felt| felt.speed_m_s).fold(0.0, f64::max) * 1e3
+    });
+    shaken.into_iter().fold(0.0, f64::max)
 }
 
 /// Sides changed through the wall on any of these ways.
