@@ -87,6 +87,8 @@ pub struct Dented {
     pub volume_in_mm3: f64,
     /// Volume raised above the untouched surface, mm³.
     pub volume_out_mm3: f64,
+    /// Radial displacement of the inner wall behind the tool's middle that stays, mm, from what knows of an inner wall.
+    pub behind_mm: Option<f64>,
     /// Median time of a step with contact, ns.
     pub step_ns: f64,
     /// Steps in which the wheel was a profile, of how many while it turned.
@@ -268,6 +270,7 @@ impl Dent {
             finger_n,
             volume_in_mm3,
             volume_out_mm3,
+            behind_mm: Some(pressing.behind_mm()),
             step_ns,
             profile_steps,
         }
@@ -436,6 +439,19 @@ impl Pressing {
                 known.get()
             })
         }
+    }
+
+    /// Radial displacement of the inner wall behind the tool's middle that stays, mm.
+    #[must_use]
+    pub fn behind_mm(&self) -> f64 {
+        let PotSpec { radius, wall, .. } = *self.pot.spec();
+        let surface = self.pot.met_from(Side::Inside);
+        let (shape, inset_m) = (surface.shape(), surface.inset_m(Side::Inside));
+        let (row_mm, middle_mm) = (surface.row_height_m() * 1e3, 0.5 * surface.height_m() * 1e3);
+        let inner_mm = bilinear(shape, row_mm.into(), 0.0, middle_mm.into(), |column, row| {
+            f64::from(surface.column_m(column)[row] - inset_m) * 1e3
+        });
+        inner_mm - f64::from(radius.as_mm() - wall.as_mm())
     }
 
     /// How the wall is bent, by the tool and what is held inside.

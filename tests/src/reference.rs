@@ -12,7 +12,7 @@ pub struct Profile {
     angles: Vec<f64>,
     heights: Vec<f64>,
     /// `[angles][heights]`: sideways displacement, rad and mm, and radial displacement, mm.
-    points: Vec<[f64; 3]>,
+    points: Vec<[f64; 4]>,
 }
 
 /// Why a file is no profile.
@@ -63,17 +63,17 @@ impl Profile {
         if angles.len() < 2 || heights.len() < 2 || rows.len() != angles.len() * heights.len() {
             return Err(BadProfile { line: rows.len() + 1 });
         }
-        let mut points = vec![[0.0; 3]; rows.len()];
+        let mut points = vec![[0.0; 4]; rows.len()];
         for row in &rows {
             let angle = angles.partition_point(|known| *known < row[3]);
             let height = heights.partition_point(|known| *known < row[4]);
-            points[angle * heights.len() + height] = [row[0] - row[3], row[1] - row[4], row[2]];
+            points[angle * heights.len() + height] = [row[0] - row[3], row[1] - row[4], row[2], row[5]];
         }
         Ok(Self { angles, heights, points })
     }
 
-    /// All three displacements of the undeformed point (bilinear).
-    fn at_mesh(&self, angle_rad: f64, z_mm: f64) -> [f64; 3] {
+    /// All three displacements of the undeformed point, and the radius of the inner wall behind it (bilinear).
+    fn at_mesh(&self, angle_rad: f64, z_mm: f64) -> [f64; 4] {
         let (column, across) = between(&self.angles, angle_rad);
         let (row, up) = between(&self.heights, z_mm);
         let point = |column: usize, row: usize| self.points[column * self.heights.len() + row];
@@ -96,6 +96,12 @@ impl Profile {
         let line = below + usize::from(share > 0.5);
         let points = &self.points[line * self.heights.len()..][..self.heights.len()];
         self.heights.iter().zip(points).map(|(z_mm, moved)| [z_mm + moved[1], moved[2]]).collect()
+    }
+
+    /// Radius of the inner wall behind the undeformed point, mm.
+    #[must_use]
+    pub fn inner_mm(&self, angle_rad: f64, z_mm: f64) -> f64 {
+        self.at_mesh(angle_rad.abs(), z_mm)[3]
     }
 
     /// Radial displacement of the surface where it lies now, mm; negative is inwards.

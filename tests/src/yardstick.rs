@@ -116,6 +116,7 @@ impl Scene {
             finger_n: None,
             volume_in_mm3,
             volume_out_mm3,
+            behind_mm: None,
             step_ns,
             profile_steps: (0, 0),
         }

@@ -183,7 +183,7 @@ fn single_boundary_element_moves_its_neighbours_by_the_kernel() {
     // smaller than the distance of two rows (0.501 mm), so that it touches one element only
     let press = press(0.5, 0.2, angle_rad, surface.row_z_m(row), Seconds(1e-3));
     let mut footprint = Footprint::default();
-    let contact = MethodKind::Improved.method().press(surface, &press, &mut footprint);
+    let contact = MethodKind::Improved.method().press(&pot, &press, &mut footprint);
     assert_eq!(contact.elements, 1);
     let at = |aside: i64, above: i64| {
         let window = footprint.window();

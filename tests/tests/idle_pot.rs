@@ -19,9 +19,9 @@ use pottery_shared::units::{Rpm, Tick};
 struct Counted<'a>(&'a Cell<u32>);
 
 impl Method for Counted<'_> {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         self.0.set(self.0.get() + 1);
-        MethodKind::Plastic.press(surface, press, footprint)
+        MethodKind::Plastic.press(pot, press, footprint)
     }
 }
 

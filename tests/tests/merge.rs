@@ -178,7 +178,7 @@ proptest! {
             let rows = together.spec().shape.rows() as usize;
             for press in &presses {
                 let mut footprint = Footprint::for_grid(together.spec().shape);
-                method.press(&together.surfaces()[0], press, &mut footprint);
+                method.press(&together, press, &mut footprint);
                 let window = footprint.window();
                 for (local, column) in (0..).zip(window.grid_columns(together.spec().shape)) {
                     let (span, deltas_m) = footprint.span(local);

@@ -84,11 +84,136 @@ fn finger_inside_holds_the_wall_as_in_the_reference() {
         error(&held),
         error(&free)
     );
-    // both fingers dent one skin here, and each its own in the reference
-    assert!((f64::from(held.force_n) / reference_n - 1.0).abs() < 0.12, "{} N", held.force_n);
+    let gone = Dent { release: true, ..dent };
+    let stays = reference_profile(Standing::Finger, 1, true);
+    let left = gone.press().unwrap();
+    let [thick_mm, thick_there_mm] = [
+        8.0 + left.radial_mm_at(0.0, 100.0) - left.behind_mm.unwrap(),
+        60.0 + stays.radial_mm(0.0, 100.0) - stays.inner_mm(0.0, 100.0),
+    ];
+    println!(
+        "released {:.3}, and a wall of {thick_mm:.2} mm between both, where the reference has {thick_there_mm:.2}",
+        left.error(&stays, &gone)
+    );
+    assert!(left.error(&stays, &gone) < 0.04);
+    assert!((thick_mm - thick_there_mm).abs() < 0.2, "{thick_mm} mm");
+    assert!((f64::from(held.force_n) / reference_n - 1.0).abs() < 0.08, "{} N", held.force_n);
     assert!(f64::from(free.force_n) < 0.4 * reference_n, "{} N", free.force_n);
     assert!(finger_n > 0.6 * held.force_n && finger_n < held.force_n);
-    assert!(error(&held) < 0.75 * error(&free));
+    assert!(error(&held) < 0.08, "{}", error(&held));
+}
+
+/// Thickness of the wall at every element, mm.
+fn walls_mm(pot: &Pot) -> Vec<f32> {
+    let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+    outer.radii_m().iter().zip(inner.radii_m()).map(|(outer_m, inner_m)| (outer_m - inner_m) * 1e3).collect()
+}
+
+/// Presses so often and lets the pot settle.
+fn pressed(pot: &mut Pot, presses: &[Press], steps: u32) {
+    let mut substep = SubStep::for_grid(pot.spec().shape);
+    let mut changed = Vec::new();
+    for _ in 0..steps {
+        substep.advance(pot, presses, MethodKind::Plastic, |surface, window| changed.push((surface, window)));
+    }
+    pot.settle(changed.drain(..));
+}
+
+#[test]
+fn what_two_hands_squeeze_out_of_a_wall_makes_the_pot_higher() {
+    let mut pot = hollow(GridShape::PAPER);
+    let before_m3 = pot.clay_m3();
+    let all_round = |depth_mm: f32| -> Vec<Press> {
+        let places = (0..24).map(|place| place as f32 * PI / 12.0);
+        let sides = [Side::Outside, Side::Inside];
+        places.flat_map(|angle_rad| sides.map(|side| ball(12.0, side, depth_mm, angle_rad, 100.0))).collect()
+    };
+    pressed(&mut pot, &all_round(2.0), 400);
+    let thin_mm = walls_mm(&pot);
+    let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+    let at = |column: usize, row: usize| column * 400 + row;
+    let middle_mm = thin_mm[at(0, 200)];
+    // 2 mm from either side, less what springs back
+    assert!((4.0..5.5).contains(&middle_mm), "{middle_mm} mm");
+    let moved_mm = [60.0 - outer.column_m(0)[200] * 1e3, inner.column_m(0)[200] * 1e3 - 52.0];
+    assert!((moved_mm[0] - moved_mm[1]).abs() < 0.3, "both skins give way: {moved_mm:?}");
+    let height_mm = outer.height_m() * 1e3;
+    println!("{middle_mm:.2} mm thick, {height_mm:.2} mm high");
+    assert!(height_mm > 200.3 && outer.height_m() == inner.height_m(), "{height_mm} mm");
+    assert!((pot.clay_m3() / before_m3 - 1.0).abs() < 1e-4, "{} of {before_m3} m³", pot.clay_m3());
+    assert!(pot.pressed_m3() > 0.0);
+}
+
+#[test]
+fn no_wall_is_squeezed_through() {
+    let thinnest_mm = |pot: &Pot| walls_mm(pot).into_iter().fold(f32::INFINITY, f32::min);
+    for (outside_mm, inside_mm) in [(7.0, 7.0), (12.0, 1.0), (1.0, 12.0), (14.0, -20.0), (-20.0, 14.0)] {
+        let mut pot = hollow(coarse());
+        let presses = [(Side::Outside, outside_mm), (Side::Inside, inside_mm)]
+            .map(|(side, depth_mm)| ball(10.0, side, depth_mm, 0.0, 100.0));
+        pressed(&mut pot, &presses, 4000);
+        let thinnest_mm = thinnest_mm(&pot);
+        println!("{outside_mm} mm outside, {inside_mm} mm inside: {thinnest_mm:.3} mm are left");
+        assert!(thinnest_mm > PotSpec::WALL_MIN.as_mm() - 1e-3, "{thinnest_mm} mm");
+    }
+}
+
+#[test]
+fn a_gentle_press_dents_its_own_skin_and_a_firm_one_takes_the_wall_along() {
+    for side in [Side::Outside, Side::Inside] {
+        let moved_mm = |depth_mm: f32| -> [f32; 2] {
+            let mut pot = hollow(GridShape::PAPER);
+            pressed(&mut pot, &[ball(12.0, side, depth_mm, 0.0, 100.0)], 1500);
+            let skins_mm = [0, 1].map(|skin| pot.surfaces()[skin].column_m(0)[200] * 1e3 - [60.0, 52.0][skin]);
+            let [own, other] = if side == Side::Outside { [0, 1] } else { [1, 0] };
+            [skins_mm[own].abs(), skins_mm[other].abs()]
+        };
+        let ([gentle, behind], [firm, along]) = (moved_mm(0.8), moved_mm(6.0));
+        println!("{side:?}: {gentle:.3} mm and {behind:.3} mm, {firm:.3} mm and {along:.3} mm");
+        assert!(gentle > 0.02 && behind < 0.02 * gentle, "{gentle} {behind}");
+        assert!(along > 0.4 * firm, "{firm} {along}");
+    }
+}
+
+#[test]
+fn a_wall_that_was_squeezed_gives_way_as_one_that_was_made_so_thin() {
+    for thin_mm in [6.0, 4.0, 3.0] {
+        let mut squeezed = hollow(GridShape::PAPER);
+        let shape = squeezed.spec().shape;
+        for (column, row) in (0..shape.columns()).flat_map(|column| (0..shape.rows()).map(move |row| (column, row))) {
+            squeezed.surfaces_mut()[1].set_radius(column, row, (60.0 - thin_mm) * 1e-3);
+        }
+        let made = Pot::new(PotSpec { wall: Metres::from_mm(thin_mm), ..*squeezed.spec() }).unwrap();
+        assert!((squeezed.thickness_about(3.1, 0.1) - thin_mm / 8.0).abs() < 1e-4);
+        for depth_mm in [0.5, 1.0, 2.0] {
+            let force_n = [&squeezed, &made]
+                .map(|pot| felt(pot, &ball(12.0, Side::Outside, depth_mm, 0.0, 100.0), &[]).force_n.x);
+            println!("{thin_mm} mm, {depth_mm} mm deep: {force_n:?} N");
+            assert!((force_n[0] / force_n[1] - 1.0).abs() < 0.08, "{thin_mm} mm, {depth_mm} mm: {force_n:?} N");
+        }
+    }
+}
+
+#[test]
+fn how_thick_a_wall_is_about_a_place_changes_evenly_also_at_the_seam() {
+    let mut pot = hollow(GridShape::PAPER);
+    assert!((pot.thickness_about(1.0, 0.05) - 1.0).abs() < 1e-5);
+    pressed(&mut pot, &[Side::Outside, Side::Inside].map(|side| ball(15.0, side, 2.5, PI, 100.0)), 400);
+    let mut before = pot.thickness_about(PI - 0.4, 0.08);
+    let (mut least, mut steepest) = (before, 0.0_f32);
+    for step in 1..=2000 {
+        let share = step as f32 / 2000.0;
+        let now = pot.thickness_about(PI - 0.4 + 0.8 * share, 0.08 + 0.04 * share);
+        (least, steepest) = (least.min(now), steepest.max((now - before).abs()));
+        before = now;
+    }
+    println!("{least:.4} of the wall at least, {steepest:.6} a step");
+    // a step is 24 µm round the pot and 20 µm up
+    assert!((0.8..0.99).contains(&least) && steepest < 1e-3, "{least} {steepest}");
+    let there = [-PI, PI].map(|angle_rad| pot.thickness_about(angle_rad, 0.1));
+    assert!((there[0] - there[1]).abs() < 1e-5, "{there:?}");
+    // foot and rim end the wall, whatever is asked for
+    assert!([-1.0, 0.0, 0.2, 5.0].into_iter().all(|z_m| (pot.thickness_about(0.0, z_m) - 1.0).abs() < 0.01));
 }
 
 #[test]

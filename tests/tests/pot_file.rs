@@ -79,10 +79,14 @@ fn on_a_wheel(spec: PotSpec, seed: u64) -> (Pot, Author) {
             let any_m = low_m + (high_m - low_m) * dice.share() as f32;
             let radius_m = if dice.share() < 0.9 { belly_m + 1e-4 * dice.share() as f32 } else { any_m };
             pot.surfaces_mut()[0].set_radius(column, row, radius_m);
+            if let [outer, inner] = pot.surfaces_mut() {
+                let within_m = outer.column_m(column)[row as usize] - 2.0 * spec.wall.0 * dice.share() as f32;
+                inner.set_radius(column, row, within_m);
+            }
         }
     }
     let mut touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
-    touched.add_window(0, everywhere(shape));
+    (0..pot.surfaces().len()).for_each(|surface| touched.add_window(surface, everywhere(shape)));
     author.publish(&mut pot, &mut touched, Moment::default()).unwrap();
     (pot, author)
 }
@@ -93,6 +97,10 @@ fn conditions(method: MethodKind, wetness: f32, rpm: f32) -> Conditions {
         material: Schedule::new(Material::from_wetness(Wetness::nearest(wetness))),
         method,
     }
+}
+
+fn small_hollow_spec() -> PotSpec {
+    PotSpec { support: Support::Hollow, ..small_spec() }
 }
 
 fn small_spec() -> PotSpec {
@@ -212,8 +220,8 @@ fn cut_short_or_grown_is_refused() {
 
 #[test]
 fn file_from_the_future_is_refused_whatever_else_it_holds() {
-    let bytes = [&small_file().encode()[..8], &2_u32.to_le_bytes(), b"who knows"].concat();
-    assert_eq!(PotFile::decode(&bytes), Err(FormatError::FromTheFuture { version: 2, newest: 1 }));
+    let bytes = [&small_file().encode()[..8], &3_u32.to_le_bytes(), b"who knows"].concat();
+    assert_eq!(PotFile::decode(&bytes), Err(FormatError::FromTheFuture { version: 3, newest: 2 }));
     assert_eq!(PotFile::decode(&with(8, &[0; 4])), Err(FormatError::Number { field: "version", number: 0 }));
 }
 
@@ -312,6 +320,27 @@ fn file_of_version_1_is_read_for_good() {
 }
 
 #[test]
+fn a_hollow_pot_keeps_both_skins_and_one_of_version_1_gets_its_inner_one() {
+    let (squeezed, _) = on_a_wheel(small_hollow_spec(), 5);
+    let conditions = conditions(MethodKind::Plastic, 0.3, 60.0);
+    let bytes = PotFile::of(&squeezed, &conditions, Tick(0)).encode();
+    assert_eq!((bytes[8], bytes[55]), (2, 2), "version and surfaces");
+    assert!(PotFile::decode(&bytes).unwrap().pot().pot() == squeezed);
+    assert_eq!(small_file().encode()[8], 1, "what older readers know stays as they know it");
+    // as a wheel of its day wrote it: the outer skin of a hollow pot alone
+    let mut old = small_file().encode();
+    old[53] = 1;
+    let read = PotFile::decode(&sealed(old)).unwrap().pot().pot();
+    let [outer, inner] = read.surfaces() else { panic!("a hollow pot has two skins") };
+    assert_eq!(outer.radii_m(), small_file().pot().pot().surfaces()[0].radii_m());
+    let wall_mm = outer.radii_m().iter().zip(inner.radii_m()).map(|(outer_m, inner_m)| (outer_m - inner_m) * 1e3);
+    assert!(wall_mm.into_iter().all(|wall_mm| (wall_mm - 8.0).abs() < 0.01 || wall_mm < 8.0));
+    // skins that cross are no wall
+    let crossed = PotRecord::new(small_hollow_spec(), vec![vec![15_000; 24 * 16], vec![15_001; 24 * 16]]);
+    assert!(crossed.unwrap_err().to_string().contains("column 0, row 0"));
+}
+
+#[test]
 fn file_is_written_and_read_and_says_its_name_when_it_cannot_be() {
     let folder = folder("pot-written");
     let path = folder.join("bowl.pot");
@@ -336,20 +365,26 @@ fn reader_in_the_description_reads_the_same_radii() {
     let (program, _) = program.split_once("```").unwrap();
     let folder = folder("pot-described");
     let path = folder.join("small.pot");
-    small_file().write(&path).unwrap();
-    let output =
-        Command::new("python3").args(["-c", program]).arg(&path).output().unwrap_or_else(|error| {
+    let hollow = on_a_wheel(small_hollow_spec(), 9).0;
+    for file in [small_file(), PotFile::of(&hollow, &conditions(MethodKind::Plastic, 0.3, 60.0), Tick(0))] {
+        file.write(&path).unwrap();
+        let output = Command::new("python3").args(["-c", program]).arg(&path).output().unwrap_or_else(|error| {
             panic!("python3 cannot be run ({error}): install it, on Debian `apt install python3`")
         });
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let (head, radii) = text.split_once('\n').unwrap();
-    let pot = small_file().pot().pot();
-    let [columns, rows, height_mm] = [0, 1, 2].map(|word| head.split(' ').nth(word).unwrap().parse::<f64>().unwrap());
-    assert_eq!((columns as u32, rows as u32), (24, 16));
-    assert!((height_mm - f64::from(pot.surfaces()[0].height_m()) * 1e3).abs() < 1e-3, "{head}");
-    let expected: Vec<_> =
-        pot.surfaces()[0].radii_m().iter().map(|&radius_m| format!("{:.6}", f64::from(radius_m) * 1e3)).collect();
-    assert_eq!(radii.trim_end().split(' ').collect::<Vec<_>>(), expected);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let mut lines = text.lines();
+        let (head, pot) = (lines.next().unwrap(), file.pot().pot());
+        let [columns, rows, height_mm] =
+            [0, 1, 2].map(|word| head.split(' ').nth(word).unwrap().parse::<f64>().unwrap());
+        assert_eq!((columns as u32, rows as u32), (24, 16));
+        assert!((height_mm - f64::from(pot.surfaces()[0].height_m()) * 1e3).abs() < 1e-3, "{head}");
+        for surface in pot.surfaces() {
+            let mm = |&radius_m: &f32| format!("{:.6}", f64::from(radius_m) * 1e3);
+            let expected: Vec<_> = surface.radii_m().iter().map(mm).collect();
+            assert_eq!(lines.next().unwrap().split(' ').collect::<Vec<_>>(), expected);
+        }
+        assert_eq!(lines.next(), None);
+    }
     fs::remove_dir_all(folder).unwrap();
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use pottery_server::{CONTROL_BYTES, CONTROL_QUEUE, Input, KEYFRAME_BYTES};
-use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Surface, Window};
+use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Support, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_LONGEST, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX,
     DetailWire, Fragment, FragmentOf, Greeting, GuidanceEnd, GuidanceWire, HandWire, Hello, Inputs, KEYFRAME_MAX,
@@ -462,9 +462,9 @@ struct Wheel {
 impl Wheel {
     const SHAPE: (u32, u32) = (44, 37);
 
-    fn new() -> Self {
+    fn new(support: Support) -> Self {
         let shape = GridShape::new(Self::SHAPE.0, Self::SHAPE.1).unwrap();
-        let mut pot = Pot::new(PotSpec { shape, ..PotSpec::default() }).unwrap();
+        let mut pot = Pot::new(PotSpec { shape, support, ..PotSpec::default() }).unwrap();
         let author = Author::new(&mut pot);
         let touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
         Self { pot, author, touched, dice: Dice::new(5), now: 0 }
@@ -482,10 +482,18 @@ impl Wheel {
                 let (column, row) = ((column + aside) % Self::SHAPE.0, row + up);
                 let (from_middle, rough) = ((aside as i32 - 3).pow(2) + (up as i32 - 3).pow(2), self.dice.roll() % 3);
                 let depth = deep * (18 - from_middle) / 18 + rough as i32;
-                let radius_m = self.pot.surfaces()[0].column_m(column)[row as usize];
-                let step = (i32::from(quantise(radius_m)) - depth) as u16;
-                self.pot.surfaces_mut()[0].set_radius(column, row, pottery_shared::snapshot::dequantise(step));
-                self.touched.add_window(0, Window { first_column: column, columns: 1, first_row: row, rows: 1 });
+                // of a wall the inner skin goes half as far
+                for (surface, depth) in [depth, depth / 2].into_iter().enumerate().take(self.pot.surfaces().len()) {
+                    let radius_m = self.pot.surfaces()[surface].column_m(column)[row as usize];
+                    let step = (i32::from(quantise(radius_m)) - depth) as u16;
+                    self.pot.surfaces_mut()[surface].set_radius(
+                        column,
+                        row,
+                        pottery_shared::snapshot::dequantise(step),
+                    );
+                    let window = Window { first_column: column, columns: 1, first_row: row, rows: 1 };
+                    self.touched.add_window(surface, window);
+                }
             }
         }
         self.now += 1;
@@ -508,9 +516,10 @@ fn keyframe_said(author: &Author, since: Version, goes_on: bool) -> Value {
 }
 
 fn chains() -> Vec<Value> {
-    let mut wheel = Wheel::new();
+    let mut wheel = Wheel::new(Support::Backed);
     let (columns, rows) = Wheel::SHAPE;
-    let radius_step = quantise(PotSpec::default().radius.0);
+    let PotSpec { radius, wall, .. } = PotSpec::default();
+    let radius_steps = [quantise(radius.0), quantise(radius.0 - wall.0)];
     let mut tiers = Detail::PRESETS.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
     let (mut from_the_start, mut late, mut gap) = (Vec::new(), Vec::new(), Vec::new());
     for version in 1..=14 {
@@ -535,12 +544,24 @@ fn chains() -> Vec<Value> {
         }
     }
     late.push(keyframe_said(&wheel.author, Version(0), false));
-    let chain = |columns: u32, rows: u32, quantum: u16, said: &[Value]| json!({ "columns": columns, "rows": rows, "radius_step": radius_step, "quantum": quantum, "said": said });
-    let mut chains: Vec<_> = [from_the_start, late, gap].iter().map(|said| chain(columns, rows, 1, said)).collect();
+    let chain = |columns: u32, rows: u32, radius_steps: &[u16], quantum: u16, said: &[Value]| json!({ "columns": columns, "rows": rows, "radius_steps": radius_steps, "quantum": quantum, "said": said });
+    let outer = &radius_steps[..1];
+    let mut chains: Vec<_> =
+        [from_the_start, late, gap].iter().map(|said| chain(columns, rows, outer, 1, said)).collect();
     for ((detail, _, said), quantum) in tiers.iter().zip([3, 16]) {
         let grid = detail.grid_of(GridShape::new(columns, rows).unwrap());
-        chains.push(chain(grid.columns(), grid.rows(), quantum, said));
+        chains.push(chain(grid.columns(), grid.rows(), outer, quantum, said));
     }
+    let (mut wall, mut told) = (Wheel::new(Support::Hollow), Vec::new());
+    for version in 1..=6 {
+        let (bytes, _) = wall.press();
+        match version {
+            4 => told.push(keyframe_said(&wall.author, Version(0), true)),
+            5.. => told.push(said("delta", wall.author.latest(), &bytes, wall.author.digest())),
+            _ => {}
+        }
+    }
+    chains.push(chain(columns, rows, &radius_steps, 1, &told));
     chains
 }
 

@@ -107,6 +107,11 @@ impl SkinUniform {
         }
     }
 
+    /// The same for radii that stand behind others in their texture.
+    pub(super) const fn beginning_at(self, first_column: u32) -> Self {
+        Self { first_column, ..self }
+    }
+
     /// Elements (columns, rows) round a changed one whose light changes with it.
     pub(super) const fn reach(&self) -> (u32, u32) {
         (self.reach_columns, self.reach_rows)

@@ -82,6 +82,8 @@ pub struct GalleryRenderer {
     format: wgpu::TextureFormat,
     sample_count: u32,
     shape: GridShape,
+    /// How many surfaces a pot has.
+    surfaces: u32,
     outline: Outline,
     pipelines: GalleryPipelines,
     frame: wgpu::Buffer,
@@ -107,9 +109,10 @@ impl GalleryRenderer {
         water.show(gpu.queue(), None);
         let frame_group = layouts.bind_frame(&device, &frame, &water.view, &water.filter);
         let skin = inner_skin(pot);
-        let shape = pot.surfaces()[skin.surface].shape();
+        let (shape, surfaces) = (pot.spec().shape, pot.surfaces().len() as u32);
         let first_row = first_row(pot, skin);
-        let a_page = (device.limits().max_texture_dimension_2d / shape.columns()).clamp(1, PLACES as u32) as usize;
+        let longest = device.limits().max_texture_dimension_2d;
+        let a_page = (longest / (shape.columns() * surfaces)).clamp(1, PLACES as u32) as usize;
         let counts = (0..wheels).step_by(a_page).map(|first| (wheels - first).min(a_page));
         let pages = counts.map(|count| Page::new(&device, &layouts, pot, count)).collect();
         let triangles = triangles(shape, first_row);
@@ -123,6 +126,7 @@ impl GalleryRenderer {
             format,
             sample_count: samples,
             shape,
+            surfaces,
             outline: Outline::of(pot),
             pipelines: GalleryPipelines::new(&device, &layouts, format, samples),
             frame,
@@ -149,7 +153,7 @@ impl GalleryRenderer {
     /// Whether pots are of the grid and wall that it draws.
     #[must_use]
     pub fn fits(&self, spec: &PotSpec) -> bool {
-        spec.shape == self.shape
+        spec.shape == self.shape && spec.surfaces() == self.surfaces as usize
     }
 
     /// Sends all radii of a wheel's pot to the device; of one with another grid, until it comes with this one, the means of its elements
@@ -159,10 +163,19 @@ impl GalleryRenderer {
     /// When there is no such wheel.
     pub fn upload(&mut self, wheel: usize, pot: &Pot) {
         let whole = Window { first_column: 0, columns: self.shape.columns(), first_row: 0, rows: self.shape.rows() };
-        if self.fits(pot.spec()) {
-            return self.upload_window(wheel, pot, whole);
+        let skins = pot.skins();
+        for (number, skin) in (0..self.surfaces).zip(skins) {
+            if self.fits(pot.spec()) {
+                self.upload_window(wheel, pot, number, whole);
+            } else {
+                self.upload_means(wheel, pot, (number, skin), whole);
+            }
         }
-        let surface = &pot.surfaces()[inner_skin(pot).surface];
+    }
+
+    /// The means of a skin's elements under each of the grid that is drawn.
+    fn upload_means(&mut self, wheel: usize, pot: &Pot, (number, skin): (u32, Skin), whole: Window) {
+        let surface = &pot.surfaces()[skin.surface];
         let (old, rows) = (surface.shape(), self.shape.rows());
         let under = |at: u32, of: u32, old: u32| {
             (at * old / of) as usize..((at + 1) * old / of).max(at * old / of + 1) as usize
@@ -174,12 +187,11 @@ impl GalleryRenderer {
                 let part = under(row, rows, old.rows());
                 let count = (columns.len() * part.len()) as f32;
                 let all = columns.clone().flat_map(|column| &surface.column_m(column as u32)[part.clone()]);
-                radii_m.push(all.sum::<f32>() / count);
+                radii_m.push(all.sum::<f32>() / count - skin.inset_m);
             }
         }
-        let (page, place) = (&mut self.pages[wheel / self.a_page], wheel % self.a_page);
-        page.row_heights_m[place] = surface.height_m() / (rows - 1) as f32;
-        page.write(&self.queue, (place as u32, self.shape), whole, &radii_m);
+        let row_height_m = surface.height_m() / (rows - 1) as f32;
+        self.write(wheel, number, row_height_m, whole, &radii_m);
     }
 
     /// Sends every tile in which a wheel's pot changed.
@@ -187,17 +199,24 @@ impl GalleryRenderer {
     /// # Panics
     /// When there is no such wheel, or the pot is of another grid.
     pub fn upload_changed(&mut self, wheel: usize, pot: &Pot, changed: &Touched) {
-        for window in changed.rectangles(inner_skin(pot).surface) {
-            self.upload_window(wheel, pot, window);
+        for surface in 0..self.surfaces {
+            for window in changed.rectangles(surface as usize) {
+                self.upload_window(wheel, pot, surface, window);
+            }
         }
     }
 
-    fn upload_window(&mut self, wheel: usize, pot: &Pot, window: Window) {
-        let surface = &pot.surfaces()[inner_skin(pot).surface];
+    fn upload_window(&mut self, wheel: usize, pot: &Pot, number: u32, window: Window) {
+        let surface = &pot.surfaces()[number as usize];
         assert_eq!(surface.shape(), self.shape);
+        self.write(wheel, number, surface.row_height_m(), window, surface.radii_m());
+    }
+
+    /// Sends a window of all radii of a wheel's surface.
+    fn write(&mut self, wheel: usize, surface: u32, row_height_m: f32, window: Window, radii_m: &[f32]) {
         let (page, place) = (&mut self.pages[wheel / self.a_page], wheel % self.a_page);
-        page.row_heights_m[place] = surface.row_height_m();
-        page.write(&self.queue, (place as u32, self.shape), window, surface.radii_m());
+        page.row_heights_m[place] = row_height_m;
+        page.write(&self.queue, (place as u32 * self.surfaces + surface, self.shape), window, radii_m);
     }
 
     /// Draws the wheels over all of `target`, as [`super::PotRenderer::draw`] does; those that the scene leaves out are not drawn.
@@ -256,7 +275,7 @@ impl Page {
             label: Some("radii of many"),
             size: wgpu::Extent3d {
                 width: shape.rows(),
-                height: shape.columns() * wheels as u32,
+                height: shape.columns() * (pot.surfaces().len() * wheels) as u32,
                 depth_or_array_layers: 1,
             },
             mip_level_count: 1,
@@ -267,7 +286,10 @@ impl Page {
             view_formats: &[],
         });
         let view = radii.create_view(&wgpu::TextureViewDescriptor::default());
-        let skin_uniform = SkinUniform::new(shape, surface.row_height_m(), skin, first_row(pot, skin), Stride::FULL);
+        // its radii stand behind those of the surfaces before it
+        let behind = skin.surface as u32 * shape.columns();
+        let skin_uniform = SkinUniform::new(shape, surface.row_height_m(), skin, first_row(pot, skin), Stride::FULL)
+            .beginning_at(behind);
         let skin_buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("inner walls"),
             contents: bytemuck::bytes_of(&skin_uniform),
@@ -283,7 +305,7 @@ impl Page {
         }
     }
 
-    /// Sends a window of all radii of a place's grid.
+    /// Sends a window of all radii of the grid in a place.
     fn write(&self, queue: &wgpu::Queue, (place, shape): (u32, GridShape), window: Window, radii_m: &[f32]) {
         let rows = shape.rows();
         for (first_column, columns) in parts(shape, window) {

@@ -1,5 +1,6 @@
 // Many wheels at once: each instance is a wheel with its pot, in a part of the picture of its own; follows transform.wgsl, frame.wgsl,
-// light.wgsl and body.wgsl. `skin` is the inner wall; the outer one has no inset.
+// light.wgsl and body.wgsl. `skin` is the inner wall, and its first column how far behind the outer wall's its radii begin; the outer one has no
+// inset.
 
 struct Place {
     // middle of its part of the picture and half the part's size, clip space
@@ -54,10 +55,11 @@ fn head_step(step: u32) -> vec4<f32> {
 @vertex
 fn wheel_vertex(@builtin(vertex_index) vertex_index: u32, @builtin(instance_index) instance: u32) -> Wheel {
     let place = gallery.place[instance];
-    var inner = skin;
-    inner.first_column = instance * skin.columns;
-    inner.row_height_m = place.row_height_m;
-    var outer = inner;
+    var outer = skin;
+    outer.first_column = instance * (skin.columns + skin.first_column);
+    outer.row_height_m = place.row_height_m;
+    var inner = outer;
+    inner.first_column += skin.first_column;
     outer.inset_m = 0.0;
     outer.facing = 1.0;
     let steps = HEAD_STEPS + 2u * skin.rows - skin.first_row + 1u;
@@ -95,7 +97,7 @@ fn wheel_vertex(@builtin(vertex_index) vertex_index: u32, @builtin(instance_inde
     wheel.normal = turned_by(normal, place.wheel);
     wheel.size_m = vec2<f32>(
         place.row_height_m * f32(skin.rows - 1u),
-        radius_at(radii, inner.first_column, 0u),
+        radius_at(radii, outer.first_column, 0u),
     );
     wheel.clip = clip_in(place, wheel.position_m);
     return wheel;

@@ -133,8 +133,17 @@ impl WallBending {
     /// The share of a load at one place by which a wall folds at another: a cone.
     #[must_use]
     pub fn folding(&self, at: [f32; 2], load: [f32; 2]) -> f32 {
-        let distance_m = libm::hypotf(nearest_turn(at[0] - load[0]) * self.middle_m(), at[1] - load[1]);
-        self.plate().fold(distance_m)
+        self.plate().fold(self.distance_m(at, load))
+    }
+
+    /// How far two places, each an angle and a height, are from each other along the untouched wall, m.
+    pub(super) fn distance_m(&self, one: [f32; 2], other: [f32; 2]) -> f32 {
+        libm::hypotf(nearest_turn(one[0] - other[0]) * self.middle_m(), one[1] - other[1])
+    }
+
+    /// Thickness with which it was made, m.
+    pub(super) const fn wall_m(&self) -> f32 {
+        self.wall_m
     }
 
     /// Radius of the middle surface, m.

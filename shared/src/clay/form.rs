@@ -1,10 +1,10 @@
 //! Pots to begin with: forms that potters know, as profiles of revolution.
 //!
 //! Owns the profiles; a pot made from one is a pot like any other.
-//! Invariant: a form encloses what a cylinder of its specification's radius and height does, so that it is as high as it was
-//! made until somebody presses it.
+//! Invariant: a form holds as much clay as a cylinder of its specification's radius and height, so that it is as high as it was made
+//! until somebody presses it.
 
-use super::{Pot, PotError, PotSpec};
+use super::{Pot, PotError, PotSpec, Support};
 use crate::units::Metres;
 
 /// A form to begin with.
@@ -91,35 +91,59 @@ impl Form {
         Self::ALL.into_iter().find(|form| form.number() == number)
     }
 
-    /// Mean of the square of the profile as a surface takes it, half a row at foot and rim: the share of the volume of the
-    /// widest cylinder that the form encloses.
-    fn mean_square(self, rows: u32) -> f32 {
+    /// Means of the profile and of its square as a surface takes them, half a row at foot and rim.
+    fn means(self, rows: u32) -> [f32; 2] {
         let weight = |row: u32| if row == 0 || row == rows - 1 { 0.5 } else { 1.0 };
-        let squares = (0..rows).map(|row| weight(row) * libm::powf(self.profile(share(row, rows)), 2.0));
-        squares.sum::<f32>() / (rows - 1) as f32
+        let sum = |power: f32| -> f32 {
+            (0..rows).map(|row| weight(row) * libm::powf(self.profile(share(row, rows)), power)).sum()
+        };
+        [1.0, 2.0].map(|power| sum(power) / (rows - 1) as f32)
     }
 
-    /// The clay of a specification's cylinder in this form, with the form's own relation of height to width: h·w²·m = h₀·r₀²
-    /// with h = a·w makes w = ∛(h₀·r₀²/(a·m)). The height follows where clay keeps its volume, as it does when somebody presses.
+    /// Radius of the cylinder that is as high and holds as much clay as this form with a widest radius: with the means m of the profile and m₂ of
+    /// its square, `w·√m₂` on a core, `w·m` where there is nothing within the wall.
+    fn cylinder_m(self, spec: &PotSpec, widest_m: f32) -> f32 {
+        let [mean, mean_square] = self.means(spec.shape.rows());
+        match spec.support {
+            Support::Backed => widest_m * libm::sqrtf(mean_square),
+            Support::Hollow => widest_m * mean,
+        }
+    }
+
+    /// The widest radius of this form with a height for its width and as much clay as a specification's cylinder: with h = a·w and that cylinder's
+    /// h₀ and r₀, `h·w²·m₂ = h₀·r₀²` makes `w = ∛(h₀·r₀²/(a·m₂))` on a core; of a wall of thickness t, `h·(2·w·m − t) = h₀·(2·r₀ − t) = K` makes
+    /// `w = (t + √(t² + 8·m·K/a))/(4·m)`.
+    fn widest_m(self, spec: &PotSpec, relation: f32) -> f32 {
+        let [mean, mean_square] = self.means(spec.shape.rows());
+        let (height_m, radius_m, wall_m) = (spec.height.0, spec.radius.0, spec.wall.0);
+        match spec.support {
+            Support::Backed => libm::cbrtf(height_m * radius_m * radius_m / (relation * mean_square)),
+            Support::Hollow => {
+                let clay_m2 = height_m * (2.0 * radius_m - wall_m);
+                (wall_m + libm::sqrtf(wall_m * wall_m + 8.0 * mean * clay_m2 / relation)) / (4.0 * mean)
+            }
+        }
+    }
+
+    /// The clay of a specification's cylinder in this form, with the form's own relation of height to width. The height follows where clay keeps
+    /// its volume, as it does when somebody presses.
     ///
     /// # Errors
     /// [`PotError`] when no pot is made like that.
     pub fn of_clay_of(self, spec: PotSpec) -> Result<Pot, PotError> {
         let mut pot = Pot::new(spec)?;
         let Some([height_mm, widest_mm]) = self.measures_mm() else { return Ok(pot) };
-        let relation = height_mm / widest_mm;
-        let clay_m3 = spec.height.0 * spec.radius.0 * spec.radius.0;
-        let widest_m = libm::cbrtf(clay_m3 / (relation * self.mean_square(spec.shape.rows())));
-        self.give(&mut pot, widest_m);
+        self.give(&mut pot, self.widest_m(&spec, height_mm / widest_mm));
         Ok(pot)
     }
 
     /// Gives every surface of a pot the profile.
     fn give(self, pot: &mut Pot, widest_m: f32) {
-        for surface in pot.surfaces_mut() {
+        let walls_m = [0.0, pot.spec().wall.0];
+        for (surface, inset_m) in pot.surfaces_mut().iter_mut().zip(walls_m) {
             let (columns, rows) = (surface.shape().columns(), surface.shape().rows());
             for row in 0..rows {
-                let radius_m = widest_m * self.profile(share(row, rows));
+                let radius_m = widest_m * self.profile(share(row, rows)) - inset_m;
                 for column in 0..columns {
                     surface.set_radius(column, row, radius_m);
                 }
@@ -133,7 +157,7 @@ impl Form {
     /// [`PotError`] when no pot is made like that.
     pub fn pot(self, spec: PotSpec) -> Result<Pot, PotError> {
         let Some([height_mm, widest_mm]) = self.measures_mm() else { return Pot::new(spec) };
-        let radius = Metres::from_mm(widest_mm * libm::sqrtf(self.mean_square(spec.shape.rows())));
+        let radius = Metres(self.cylinder_m(&spec, Metres::from_mm(widest_mm).0));
         let mut pot = Pot::new(PotSpec { height: Metres::from_mm(height_mm), radius, ..spec })?;
         self.give(&mut pot, Metres::from_mm(widest_mm).0);
         Ok(pot)

@@ -4,7 +4,7 @@
 //! Invariant: the work of a press is bounded by its contact's boundary times the reach of the kernel.
 
 use super::window::Boundary;
-use super::{Contact, Footprint, Method, Press, Surface, original};
+use super::{Contact, Footprint, Method, Pot, Press, Surface, original};
 
 /// Coefficient of propagation c_l, 1/m. The paper gives no number. At 1 a millimetre the neighbour of an element of the
 /// default pot moves by half as much, and an edge is smooth over 4 mm; a wider kernel costs with the square of its reach.
@@ -36,7 +36,8 @@ fn kernel(distance_m: f32) -> f32 {
 }
 
 impl Method for ImprovedCsem {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        let surface = pot.met_from(press.side);
         let shape = surface.shape();
         let halo_rows = (reach_m() / surface.row_height_m()) as u32;
         let smallest_arc = shape.column_angle_rad() * surface.bounds_m().0;

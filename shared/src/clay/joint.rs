@@ -10,7 +10,7 @@ use core::cmp::Ordering;
 use glam::Vec3;
 
 use super::series::{GivenWay, Hinge, Seen, bow_per_m};
-use super::{Press, WallBending};
+use super::{Pot, Press, WallBending};
 use crate::tool::Side;
 
 /// Looks at each contact, at most.
@@ -24,12 +24,18 @@ const HALVINGS_MAX: u32 = 5;
 /// What of a balance may be left, over the deepest tool's depth.
 const LEFT: f64 = 1e-5;
 
+/// What may be left of a depth where others push the wall against a tool, over the deepest's depth.
+const PUSHED: f64 = 4.0;
+
 /// Power with which a load rises with what is left of the depth, before two looks have told: Hertz's, and the least and the most it is
 /// taken for. Clay that has taken the tool's shape bears nearly as much whatever is left.
 const POWER: f64 = 4.0 / 3.0;
 const POWERS: [f64; 2] = [0.2, 2.0];
 /// What a tool is taken to bear where nothing was seen of what it should, over that.
 const MISSED: f64 = 0.1;
+/// Power of the thickness with which a shell gives way less: from 1.8 to 2.5 for pots of 40 to 90 mm and walls of 8 to 2 mm by our own shell
+/// ([`WallBending::compliance`]), 2.2 nearly everywhere. For two places each has half of it.
+const STIFFER: f32 = 2.2;
 /// Looks that are nearer to each other than this share tell no power.
 const NEAR: f64 = 1e-3;
 
@@ -43,17 +49,20 @@ pub(super) struct Standing {
     /// Of its contact's middle, once it touches.
     angle_rad: f32,
     z_m: f32,
+    /// How thick the wall is there, over how thick it was made.
+    thickness: f32,
 }
 
 impl Standing {
     /// Of a press with a number.
-    pub(super) fn of(number: usize, press: &Press) -> Self {
+    pub(super) fn of(number: usize, press: &Press, pot: &Pot) -> Self {
         let sign = match press.side {
             Side::Outside => 1.0,
             Side::Inside => -1.0,
         };
         let Vec3 { x, y, z: z_m } = press.centre_m;
-        Self { number, sign, angle_rad: libm::atan2f(y, x), z_m }
+        let angle_rad = libm::atan2f(y, x);
+        Self { number, sign, angle_rad, z_m, thickness: pot.thickness_about(angle_rad, z_m) }
     }
 
     fn place(&self) -> [f32; 2] {
@@ -68,6 +77,8 @@ struct At {
     patch_m: f32,
     long_m: f32,
     one_sided: f32,
+    /// By how much more one place gives way to another's load than where the wall is as thick as it was made: the product of both.
+    softer: f64,
     /// See [`Seen::deepest_m`]; none while it has never touched.
     deepest_m: Option<f64>,
     /// When the wall yields, see [`Seen`].
@@ -79,6 +90,7 @@ struct At {
     /// How firmly it presses, over the last look, less than nothing where it does not touch: of powers of this are what is left of its depth,
     /// m, and its load over Young's modulus, m², with their slopes.
     firmly: f64,
+    most_firmly: f64,
     left_m: [f64; 2],
     load_m2: f64,
     slope_m2: f64,
@@ -87,6 +99,13 @@ struct At {
     /// How far the wall gives way under it, m, and its share of what one that does not yield would not.
     given_m: f64,
     hinge_m: f64,
+    /// The same at the last look, by how much more it bore there than it should have, m², and the share of the way to what the balance says that is
+    /// gone: half as much wherever that turns round.
+    looked_m: f64,
+    missed_m2: f64,
+    share: f64,
+    /// See [`GivenWay::layer_per_m`].
+    layer_per_m: f32,
     /// The wall's compliance there, 1/m, and the load under which it folds, m², both in the tool's direction.
     own_per_m: f64,
     net_m2: f64,
@@ -102,7 +121,10 @@ impl At {
             // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool
             self.one_sided = seen.one_sided;
         }
-        (self.hinge, self.fold_m) = (seen.hinge, seen.fold_m);
+        // as a plate folds
+        let thinner = self.standing.thickness * self.standing.thickness;
+        self.hinge = Hinge { fold_m2: seen.hinge.fold_m2 * thinner, ..seen.hinge };
+        self.fold_m = seen.fold_m * thinner * (self.softer * self.softer) as f32;
         let left_m = deepest_m - self.given_m;
         if load_m2 > 0.0 && left_m > 0.0 {
             self.deepest_m = Some(deepest_m);
@@ -129,10 +151,11 @@ impl At {
         if self.power < 1.0 { [1.0 / self.power, 1.0] } else { [1.0, self.power] }
     }
 
-    /// Begins with what would be left if the wall bore the tool alone.
-    fn begin(&mut self) {
+    /// Begins with what would be left if the wall bore the tool alone; never will more than so much be left, m.
+    fn begin(&mut self, most_m: f64) {
         let (Some(deepest_m), [known_m, known_m2]) = (self.deepest_m, self.known) else { return };
         let [of_left, of_load] = self.powers();
+        self.most_firmly = libm::pow(most_m / known_m, 1.0 / of_left);
         self.firmly = libm::pow(deepest_m.max(0.0) / known_m, 1.0 / of_left);
         if self.own_per_m > 0.0 {
             let borne_m2 = self.hinge.load_m2((deepest_m.max(0.0) / self.own_per_m) as f32);
@@ -146,6 +169,7 @@ impl At {
         if !firmly.is_finite() {
             return;
         }
+        let firmly = firmly.min(self.most_firmly);
         self.firmly = firmly;
         if firmly <= 0.0 {
             // it comes off
@@ -161,14 +185,17 @@ impl At {
 
     /// How the wall gives way under it, to be looked at.
     fn way(&self, bending: &WallBending) -> GivenWay {
-        let net_m2 = self.net_m2 as f32;
+        let (net_m2, softer) = (self.net_m2 as f32, (self.softer * self.softer) as f32);
         let local_m = self.own_per_m as f32 * net_m2 * (1.0 + self.hinge.softer(net_m2));
         GivenWay {
             depth_m: self.given_m as f32,
-            bow_per_m: bow_per_m(bending, net_m2, self.patch_m, self.long_m, self.left_m[0] as f32),
+            bow_per_m: bow_per_m(bending, net_m2 * softer, self.patch_m, self.long_m, self.left_m[0] as f32),
             load_m2: self.load_m2 as f32,
+            softer,
             hinge_m: self.hinge_m as f32,
+            layer_per_m: self.layer_per_m,
             folds: Hinge { fold_m2: self.fold_m, ..self.hinge }.folds_at(local_m),
+            folds_away: net_m2 > 0.0,
         }
     }
 }
@@ -204,7 +231,7 @@ impl Joint {
     /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
     /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁶)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
     /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
-    /// balance does.
+    /// balance does. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
     pub(super) fn settle(
         &mut self,
         bending: &WallBending,
@@ -213,8 +240,10 @@ impl Joint {
     ) {
         self.tools.clear();
         self.tools.extend(tools.map(|standing| At {
+            softer: libm::powf(standing.thickness, -0.5 * STIFFER).into(),
             standing,
             power: POWER,
+            share: 1.0,
             fold_m: f32::MAX,
             one_sided: 1.0,
             ..At::default()
@@ -236,21 +265,46 @@ impl Joint {
         for _ in 1..LOOKS_MAX {
             self.answers(bending);
             self.balance();
+            for number in 0..self.tools.len() {
+                self.tools[number].layer_per_m = self.layer_per_m(bending, number);
+            }
             let most_m2 = self.tools.iter().map(|tool| tool.load_m2).fold(0.0, f64::max);
             let mut is_found = true;
             for tool in &mut self.tools {
+                tool.given_m = tool.looked_m + tool.share * (tool.given_m - tool.looked_m);
                 let way = tool.way(bending);
                 let borne_m2 = tool.load_m2;
                 match look(tool.standing.number, &way).filter(|seen| seen.load_m2 > 0.0) {
                     Some(seen) => tool.take(&seen),
                     None => tool.miss(),
                 }
-                is_found &= (tool.load_m2 - borne_m2).abs() <= CLOSE * most_m2;
+                let missed_m2 = tool.load_m2 - borne_m2;
+                let turns = missed_m2 * tool.missed_m2 < 0.0;
+                tool.share = if turns { 0.5 * tool.share } else { (1.5 * tool.share).min(1.0) };
+                (tool.missed_m2, tool.looked_m) = (missed_m2, tool.given_m);
+                is_found &= missed_m2.abs() <= CLOSE * most_m2;
             }
             if is_found {
                 break;
             }
         }
+    }
+
+    /// How the clay between a tool and those against it is held, see [`GivenWay::layer_per_m`]: what is farther from it along the wall than the wall is
+    /// thick does not hold it, what is nearer does by `(1 − (d/t)²)²` of its load.
+    fn layer_per_m(&self, bending: &WallBending, number: usize) -> f32 {
+        let one = &self.tools[number];
+        let thick_m = bending.wall_m() * one.standing.thickness;
+        let against = self.tools.iter().filter(|other| other.standing.sign != one.standing.sign);
+        let held_m2: f64 = against
+            .map(|other| {
+                let away = bending.distance_m(one.standing.place(), other.standing.place()) / thick_m;
+                let near = (1.0 - away * away).max(0.0);
+                f64::from(near * near) * other.load_m2
+            })
+            .sum();
+        let share = if held_m2 < one.load_m2 { (held_m2 / one.load_m2) as f32 } else { f32::from(held_m2 > 0.0) };
+        share / (0.5 * thick_m)
     }
 
     /// Looks up how the wall answers between all of them.
@@ -267,7 +321,7 @@ impl Joint {
                 } else {
                     bending.between(at, from, patch_m)
                 };
-                between_per_m.push(f64::from(one.one_sided * other.one_sided * per_m));
+                between_per_m.push(f64::from(one.one_sided * other.one_sided * per_m) * (one.softer * other.softer));
                 folding.push(if row == column { 1.0 } else { f64::from(bending.folding(at, from)) });
             }
         }
@@ -279,7 +333,7 @@ impl Joint {
         let most_m = self.tools.iter().filter_map(|tool| tool.deepest_m).fold(0.0, f64::max);
         for (number, tool) in self.tools.iter_mut().enumerate() {
             tool.own_per_m = self.between_per_m[number * count + number];
-            tool.begin();
+            tool.begin(PUSHED * most_m);
             tool.press(tool.firmly);
         }
         let mut left = self.put_on();

@@ -87,6 +87,11 @@ pub struct PlasticLaw {
     /// What clay on a core bears over what it bears there, less 1, for each unit of the sixth power of that force: clay that is strained by
     /// bending has less left for the tool.
     pub wall_weaker: f32,
+    /// Share of what is pressed into a hollow wall by which its other skin goes along, for each unit by which the force is over a part of that at
+    /// which the wall folds.
+    pub wall_follows: f32,
+    /// That part.
+    pub wall_follows_from: f32,
 }
 
 impl PlasticLaw {
@@ -116,6 +121,8 @@ impl PlasticLaw {
         slide_heap: 0.328,
         wall_softer: 0.304,
         wall_weaker: 0.891,
+        wall_follows: 5.663,
+        wall_follows_from: 0.468,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the
@@ -128,6 +135,12 @@ impl PlasticLaw {
     /// What is left of the pressure on a hollow wall, for the sixth power of the force on it over that at which a plate folds.
     pub(super) fn unfolded(&self, folds: f32) -> f32 {
         1.0 / (1.0 + self.wall_weaker / (1.0 / folds + 1.0 / FOLDS_HALF))
+    }
+
+    /// By how much of a dent the other skin of a wall goes along, from the sixth power of how near it is to folding.
+    pub(super) fn follows(&self, folds: f32) -> f32 {
+        let near = libm::cbrtf(libm::sqrtf(folds));
+        (self.wall_follows * (near - self.wall_follows_from)).clamp(0.0, 1.0)
     }
 
     /// The factors of −q² and −q⁶ of the elastic depth inside of a contact.
@@ -186,11 +199,10 @@ impl Default for PlasticLaw {
 }
 
 /// Elastic depth under the middle of an even pressure p on a disc of radius a, over p/E*, on a layer of thickness t that
-/// slides on a rigid base, m.
+/// slides on a rigid base, from a and `a/t`, m.
 ///
 /// `2a/(1 + 0.62·a/t + 0.38·(a/t)²)`: within 2 % of the integral `2a·∫ J₁(ka)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk` for a/t
 /// up to 1.3; for a thick layer it is Boussinesq's 2a.
-pub(super) fn layer_depth_m(radius_m: f32, thickness_m: f32) -> f32 {
-    let ratio = radius_m / thickness_m;
-    2.0 * radius_m / (1.0 + ratio * (0.62 + 0.38 * ratio))
+pub(super) fn layer_depth_m(radius_m: f32, layer: f32) -> f32 {
+    2.0 * radius_m / (1.0 + layer * (0.62 + 0.38 * layer))
 }

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, Part, PlasticCsem, PlasticLaw, Press, Support, Surface};
+use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, Part, PlasticCsem, PlasticLaw, Pot, Press, Support, Surface};
 
 /// What a press meets: the force on the tool and how much clay it touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,17 +22,6 @@ pub struct Contact {
     pub held_n: f32,
     /// How the clay gives way elastically round the contact, for the method that has it.
     pub sink: Option<Sink>,
-}
-
-impl Contact {
-    /// Adds what the same press met of another surface.
-    pub(super) fn add(&mut self, other: &Self) {
-        self.force_n += other.force_n;
-        self.elements += other.elements;
-        self.penetration_m = self.penetration_m.max(other.penetration_m);
-        self.held_n += other.held_n;
-        self.sink = other.sink;
-    }
 }
 
 /// How far clay gives way while a tool presses on it, and springs back when it is gone.
@@ -67,6 +56,8 @@ pub struct Sink {
     pub width: f32,
     /// Radial force on a wall with nothing behind it, over Young's modulus, positive towards the axis, m².
     pub load_m2: f32,
+    /// By how much more it gives way than a wall that is as thick as it was made.
+    pub softer: f32,
     /// What such a wall gives way beyond an elastic one, as it yields where it bends most, m; towards where the load is.
     pub hinge_m: f32,
 }
@@ -78,7 +69,9 @@ impl Sink {
     #[must_use]
     pub fn bend(&self, surface: &Surface) -> Option<Bend> {
         let patch_m = libm::sqrtf(self.half_arc_m * self.half_height_m);
-        surface.bending().map(|bending| bending.under(self.load_m2, self.hinge_m, self.angle_rad, self.z_m, patch_m))
+        surface
+            .bending()
+            .map(|bending| bending.under(self.load_m2 * self.softer, self.hinge_m, self.angle_rad, self.z_m, patch_m))
     }
 
     /// Depth at a place of the pot, without the wall's bending, m.
@@ -105,14 +98,14 @@ impl Sink {
 
 /// A way for clay to answer a press.
 pub trait Method {
-    /// Evaluates one press against a surface and writes the displacement it asks for.
+    /// Evaluates one press against the surface that it meets and writes the displacement it asks for.
     ///
     /// The footprint is empty afterwards when nothing is touched.
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact;
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact;
 
     /// Lets the presses of one sub-step, each with a footprint of its own, find how far they bend a wall together, before they are
     /// evaluated one by one. A method whose presses know nothing of each other has nothing to do.
-    fn brace(&self, _surface: &Surface, _presses: &[Part], _footprints: &mut [Footprint]) {}
+    fn brace(&self, _pot: &Pot, _presses: &[Part], _footprints: &mut [Footprint]) {}
 
     /// Whether clay that is pressed away is still there: what does not rise beside the tool makes the pot higher.
     fn keeps_volume(&self) -> bool {
@@ -193,12 +186,12 @@ impl MethodKind {
 }
 
 impl Method for MethodKind {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
-        self.method().press(surface, press, footprint)
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        self.method().press(pot, press, footprint)
     }
 
-    fn brace(&self, surface: &Surface, presses: &[Part], footprints: &mut [Footprint]) {
-        self.method().brace(surface, presses, footprints);
+    fn brace(&self, pot: &Pot, presses: &[Part], footprints: &mut [Footprint]) {
+        self.method().brace(pot, presses, footprints);
     }
 
     fn keeps_volume(&self) -> bool {

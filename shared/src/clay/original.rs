@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::contact::{Chunk, Column, Contacts, turned};
 use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, apart, f32x8, only, splat, sum, with_vectors};
-use super::{Contact, Footprint, Method, Press, Surface};
+use super::{Contact, Footprint, Method, Pot, Press, Surface};
 use crate::tool::Side;
 
 /// The original gives its constants for a pot of 50 units height; forces scale with penetration in those units.
@@ -29,7 +29,8 @@ const ROTATION_STIFFNESS: f32 = 0.35;
 /// Readings:
 /// - the published `1/ν` a tick is the response of one tick of dt = 1 ms;
 /// - which of the two contacts holds is decided element by element;
-/// - the pot is the surface alone, without thickness, so that a tool inside presses the same elements;
+/// - the pot is the surface alone, without thickness, so that a tool inside presses the same elements; of a wall with two skins, those of the
+///   one that it meets, and the other goes along;
 /// - on which side a tool is, is its own affair ([`Side`]): it came over the rim or not;
 /// - columns are sought within asin(R/d) instead of R/d, which leaves out grazed ones near the axis;
 /// - a tool of facets has no middle from which a line could be seen: all its elements are in point contact, along the normal
@@ -40,7 +41,8 @@ const ROTATION_STIFFNESS: f32 = 0.35;
 pub struct OriginalCsem;
 
 impl Method for OriginalCsem {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        let surface = pot.met_from(press.side);
         touch(surface, press, (0, 0), footprint)
     }
 }

@@ -15,7 +15,7 @@ use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::rim::{Rim, RimShape};
 use super::series::{Braced, GivenWay, Hinge, Seen};
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Part, Press, Sink, Strength, Support, Surface, WallBending, Window};
+use super::{Contact, Footprint, Method, Part, Pot, Press, Sink, Strength, Support, Surface, WallBending, Window};
 use crate::tool::{Side, Tool};
 
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
@@ -63,9 +63,11 @@ const HELD: f32 = 0.8;
 ///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.89·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
 ///   springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
-///   folds there the sum of theirs within the cone to which it folds (`clay::joint`).
+///   folds there the sum of theirs within the cone to which it folds (`clay::joint`). Clay between a tool and one on the other side that takes up a
+///   share b of its load is as on a core in the middle of the wall: a/t stands for `2·b·a/t`. With what yields the wall's other skin goes along by
+///   `5.66·(F/F₀ − 0.468)`, from nothing to all of it.
 ///
-/// `tests/tests/reference.rs` and `tests/tests/hollow.rs` hold it to the finite-element dents.
+/// `tests/tests/reference.rs`, `tests/tests/hollow.rs` and `tests/tests/pinch.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlasticCsem {
     /// Its constants.
@@ -73,19 +75,19 @@ pub struct PlasticCsem {
 }
 
 impl Method for PlasticCsem {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         let mut scratch = core::mem::take(&mut footprint.scratch);
         let vectors = scratch.vectors;
-        let contact = with_vectors!(vectors, simd => self.press_with(simd, surface, press, footprint, &mut scratch));
+        let contact = with_vectors!(vectors, simd => self.press_with(simd, pot, press, footprint, &mut scratch));
         footprint.scratch = scratch;
         contact
     }
 
-    fn brace(&self, surface: &Surface, presses: &[Part], footprints: &mut [Footprint]) {
+    fn brace(&self, pot: &Pot, presses: &[Part], footprints: &mut [Footprint]) {
         let Some(first) = footprints.first_mut() else { return };
         let (mut joint, vectors) = (core::mem::take(&mut first.scratch.joint), first.scratch.vectors);
         let mut cutter = first.scratch.cutter.take();
-        with_vectors!(vectors, simd => self.brace_with(simd, surface, presses, footprints, &mut joint, cutter.as_deref_mut()));
+        with_vectors!(vectors, simd => self.brace_with(simd, pot, presses, footprints, &mut joint, cutter.as_deref_mut()));
         let scratch = &mut footprints[0].scratch;
         (scratch.joint, scratch.cutter) = (joint, cutter);
     }
@@ -100,16 +102,17 @@ impl PlasticCsem {
     fn press_with<S: Simd>(
         &self,
         simd: S,
-        surface: &Surface,
+        pot: &Pot,
         press: &Press,
         footprint: &mut Footprint,
         scratch: &mut Scratch,
     ) -> Contact {
+        let surface = pot.met_from(press.side);
         let step = Step::of(surface);
         let at = At { surface, press, step };
         let braced = scratch.braced.take();
         if braced.is_none() {
-            let behind_m = behind_m(surface, press.side);
+            let behind_m = surface.inset_m(press.side);
             let (contacts, cutter) = (&mut scratch.contacts, scratch.cutter.as_deref_mut());
             apart(
                 simd,
@@ -126,7 +129,7 @@ impl PlasticCsem {
         }
         let way = match braced {
             Some(braced) => braced.way().taken_off(simd, &mut scratch.contacts),
-            None => self.bend(simd, &at, &mut scratch.contacts, &mut scratch.joint),
+            None => self.bend(simd, pot, &at, &mut scratch.contacts, &mut scratch.joint),
         };
         let contacts = &scratch.contacts;
         let met = self.meet(
@@ -158,6 +161,7 @@ impl PlasticCsem {
                 || rim.lay(simd, surface, contacts, &scratch.pushes, &mut scratch.rim, footprint),
             );
         }
+        footprint.follows = if way.folds_away { self.law.follows(way.folds) } else { 0.0 };
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         let newtons = pressure_pa * step.element_rad_m;
         let level = libm::hypotf(carried.normals.x, carried.normals.y);
@@ -177,6 +181,7 @@ impl PlasticCsem {
                 bowl: spot.bowl,
                 width: self.law.sink_width(spot.layer),
                 load_m2: outwards(press.side) * way.load_m2,
+                softer: way.softer,
                 hinge_m: outwards(press.side) * way.hinge_m,
             }),
         }
@@ -198,26 +203,31 @@ impl PlasticCsem {
             || contact_ellipse(simd, contacts, &at.step, penetration_m),
         )?;
         let slide = Slide::of(at.press, &ellipse);
-        let behind = Behind { support: at.surface.support(), thickness_m: at.surface.thickness_m(), folds: way.folds };
+        let behind = Behind {
+            support: at.surface.support(),
+            thickness_m: at.surface.thickness_m(),
+            layer_per_m: way.layer_per_m,
+            folds: way.folds,
+        };
         Some(self.met(ellipse, slope, slide, at.press.strength, behind))
     }
 
     /// What clay opposes to a contact under which the tool has a slope at its edge.
     pub(super) fn met(&self, ellipse: Ellipse, slope: f32, slide: Slide, strength: Strength, behind: Behind) -> Met {
-        let Behind { support, thickness_m, folds } = behind;
+        let Behind { support, thickness_m, layer_per_m, folds } = behind;
         let law = &self.law;
         let youngs_reduced_pa = strength.youngs_pa / (1.0 - POISSON * POISSON);
         let slope_min = slope.max(SLOPE_MIN);
         let strain = youngs_reduced_pa / strength.yield_pa * slope_min;
         let half_m = ellipse.mean_half_m();
         // a free layer is within a sixth of a half-space, and squeezes nothing out; its bending as a plate is the shell's
-        let (layer, depth_m) = match support {
-            Support::Backed => (half_m / thickness_m, layer_depth_m(half_m, thickness_m)),
-            Support::Hollow => (0.0, 2.0 * half_m),
+        let layer = match support {
+            Support::Backed => half_m / thickness_m,
+            Support::Hollow => half_m * layer_per_m,
         };
         let hardness_pa = strength.yield_pa * law.hardness(strain, slope, layer) * law.unfolded(folds);
         let spot = Spot {
-            elastic_m: law.recovery * hardness_pa / youngs_reduced_pa * depth_m,
+            elastic_m: law.recovery * hardness_pa / youngs_reduced_pa * layer_depth_m(half_m, layer),
             bowl: law.bowl(support, layer),
             layer,
             open: slide.open(&ellipse),
@@ -239,10 +249,10 @@ impl PlasticCsem {
 
     /// Lets a wall with nothing behind it give way under the tool alone, and takes that off the penetrations.
     #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &mut Contacts, joint: &mut Joint) -> GivenWay {
-        let Some(bending) = at.surface.bending() else { return GivenWay::default() };
+    fn bend<S: Simd>(&self, simd: S, pot: &Pot, at: &At<'_>, contacts: &mut Contacts, joint: &mut Joint) -> GivenWay {
+        let Some(bending) = pot.bending() else { return GivenWay::default() };
         let mut way = GivenWay::default();
-        let only = Standing::of(0, at.press);
+        let only = Standing::of(0, at.press, pot);
         joint.settle(bending, core::iter::once(only), |_, given| {
             way = *given;
             self.seen(simd, at, bending, contacts, &Braced { found_m: 0.0, way, touched: true })
@@ -287,25 +297,25 @@ impl PlasticCsem {
     fn brace_with<S: Simd>(
         &self,
         simd: S,
-        surface: &Surface,
+        pot: &Pot,
         presses: &[Part],
         footprints: &mut [Footprint],
         joint: &mut Joint,
         mut cutter: Option<&mut Cutter>,
     ) {
-        let Some(bending) = surface.bending() else { return };
-        let step = Step::of(surface);
+        let Some(bending) = pot.bending() else { return };
         footprints.iter_mut().for_each(|footprint| footprint.scratch.braced = None);
         let sound = presses.iter().enumerate().filter(|(_, (_, press))| press.is_sound());
-        let tools = sound.map(|(number, (_, press))| Standing::of(number, press));
+        let tools = sound.map(|(number, (_, press))| Standing::of(number, press, pot));
         let look = |number: usize, way: &GivenWay| {
             let press = &presses[number].1;
+            let surface = pot.met_from(press.side);
             let scratch = &mut footprints[number].scratch;
             if scratch.braced.is_none_or(|braced| way.depth_m < braced.found_m) {
                 // some more, since the next look may be at a wall that is nearer
                 let found_m = 1.25 * way.depth_m.min(0.0);
                 let nearer = press.nearer(-found_m);
-                let (contacts, behind_m) = (&mut scratch.contacts, behind_m(surface, press.side));
+                let (contacts, behind_m) = (&mut scratch.contacts, surface.inset_m(press.side));
                 simd.vectorize(
                     #[inline(always)]
                     || contacts.gather::<S, true>(simd, surface, &nearer, behind_m, cutter.as_deref_mut()),
@@ -320,7 +330,7 @@ impl PlasticCsem {
                 return None;
             }
             braced.touched = true;
-            self.seen(simd, &At { surface, press, step }, bending, contacts, braced)
+            self.seen(simd, &At { surface, press, step: Step::of(surface) }, bending, contacts, braced)
         };
         joint.settle(bending, tools, look);
         for footprint in footprints {
@@ -345,19 +355,13 @@ impl PlasticCsem {
     }
 }
 
-/// How far the face that a tool meets lies within the surface's radii, m.
-fn behind_m(surface: &Surface, side: Side) -> f32 {
-    match side {
-        Side::Outside => 0.0,
-        Side::Inside => surface.thickness_m(),
-    }
-}
-
 /// What stands behind a contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Behind {
     pub(super) support: Support,
     pub(super) thickness_m: f32,
+    /// See [`GivenWay::layer_per_m`]; zero where the wall does not bend.
+    pub(super) layer_per_m: f32,
     /// See [`GivenWay::folds`]; zero where the wall does not bend.
     pub(super) folds: f32,
 }

@@ -1,6 +1,7 @@
 //! The pot: its surfaces and its wall.
 //!
-//! The only place that knows how many surfaces a pot has (today the outer one) and how the inner wall follows.
+//! The only place that knows how many surfaces a pot has: on a core the outer one, which the inner wall follows; of a hollow pot both
+//! skins of the wall.
 //! Invariant: a pot made from the same specification is the same, bit for bit.
 
 use alloc::sync::Arc;
@@ -112,6 +113,17 @@ impl Default for PotSpec {
 impl PotSpec {
     /// Largest radius any pot may reach.
     pub const RADIUS_MAX: Metres = Metres::from_mm(200.0);
+    /// Thinnest wall, made or squeezed.
+    pub const WALL_MIN: Metres = Metres::from_mm(1.0);
+
+    /// How many surfaces the pot has.
+    #[must_use]
+    pub const fn surfaces(&self) -> usize {
+        match self.support {
+            Support::Backed => 1,
+            Support::Hollow => 2,
+        }
+    }
 
     /// Checks every measure.
     ///
@@ -127,7 +139,7 @@ impl PotSpec {
         };
         within("height", self.height, 20.0, 600.0)?;
         within("radius", self.radius, 10.0, 150.0)?;
-        within("wall", self.wall, 1.0, self.radius.as_mm() * 0.5)
+        within("wall", self.wall, Self::WALL_MIN.as_mm(), self.radius.as_mm() * 0.5)
     }
 }
 
@@ -152,6 +164,8 @@ pub struct Pot {
 impl Pot {
     /// Thinnest column of clay, as a share of the first radius: the original's 3 of 20 units.
     const RADIUS_MIN_SHARE: f32 = 3.0 / 20.0;
+    /// Farthest that a pot grows or shrinks.
+    const GROWTH_MAX: f64 = 2.0;
 
     /// An untouched cylinder.
     ///
@@ -163,15 +177,24 @@ impl Pot {
         let radius_min_m = (spec.radius.0 * Self::RADIUS_MIN_SHARE).max(spec.wall.0 * 1.25).min(spec.radius.0);
         let bending = (spec.support == Support::Hollow)
             .then(|| Arc::new(WallBending::new(spec.radius.0, spec.wall.0, spec.height.0)));
-        let outer = Surface::cylinder(
-            spec.shape,
-            spec.height.0,
-            spec.radius.0,
-            (radius_min_m, PotSpec::RADIUS_MAX.0),
-            spec.wall.0,
-            bending,
-        );
-        Ok(Self { spec, surfaces: alloc::vec![outer] })
+        let skin = |inset_m: f32| {
+            let bounds_m = (radius_min_m - inset_m, PotSpec::RADIUS_MAX.0);
+            Surface::cylinder(
+                spec.shape,
+                spec.height.0,
+                spec.radius.0 - inset_m,
+                bounds_m,
+                spec.wall.0,
+                bending.clone(),
+            )
+        };
+        let surfaces = match spec.support {
+            Support::Backed => alloc::vec![skin(0.0)],
+            Support::Hollow => {
+                alloc::vec![skin(0.0).met_from(Side::Outside), skin(spec.wall.0).met_from(Side::Inside)]
+            }
+        };
+        Ok(Self { spec, surfaces })
     }
 
     /// The same pot with surfaces of another grid.
@@ -196,12 +219,28 @@ impl Pot {
         &mut self.surfaces
     }
 
+    /// The surface that a tool on this side of the wall meets.
+    #[must_use]
+    pub fn met_from(&self, side: Side) -> &Surface {
+        match (side, &*self.surfaces) {
+            (Side::Inside, [_, inner]) => inner,
+            (_, surfaces) => &surfaces[0],
+        }
+    }
+
+    /// How the wall bends; nothing when it is backed.
+    #[must_use]
+    pub fn bending(&self) -> Option<&WallBending> {
+        self.surfaces[0].bending()
+    }
+
     /// The faces to draw and to build solids from, the outermost first.
     #[must_use]
     pub fn skins(&self) -> [Skin; 2] {
+        let inner = self.surfaces.len() - 1;
         [
             Skin { surface: 0, inset_m: 0.0, faces_outwards: true },
-            Skin { surface: 0, inset_m: self.spec.wall.0, faces_outwards: false },
+            Skin { surface: inner, inset_m: self.surfaces[inner].inset_m(Side::Inside), faces_outwards: false },
         ]
     }
 
@@ -218,7 +257,11 @@ impl Pot {
         let (shape, last) = (surface.shape(), surface.shape().rows() - 1);
         let column = libm::roundf(libm::atan2f(point_m.y, point_m.x) / shape.column_angle_rad());
         let row = libm::roundf((point_m.z / surface.row_height_m()).clamp(0.0, last as f32));
-        let radius_m = surface.column_m(shape.wrap(column as i64))[row as usize] - 0.5 * surface.thickness_m();
+        let face_m = |side: Side| {
+            let surface = self.met_from(side);
+            surface.column_m(shape.wrap(column as i64))[row as usize] - surface.inset_m(side)
+        };
+        let radius_m = 0.5 * (face_m(Side::Outside) + face_m(Side::Inside));
         if libm::hypotf(point_m.x, point_m.y) < radius_m { Side::Inside } else { Side::Outside }
     }
 
@@ -228,7 +271,23 @@ impl Pot {
         self.surfaces[0].enclosed_volume_m3()
     }
 
+    /// Volume of the clay between foot and rim, m³: of a wall, or of what stands on a core with the core itself.
+    #[must_use]
+    pub fn clay_m3(&self) -> f64 {
+        self.between(Surface::enclosed_volume_m3)
+    }
+
+    /// What is so much within the outermost surface, less what of it is within the inner skin of a hollow pot.
+    fn between(&self, within: impl Fn(&Surface) -> f64) -> f64 {
+        match &*self.surfaces {
+            [outer, inner] => within(outer) - within(inner),
+            surfaces => within(&surfaces[0]),
+        }
+    }
+
     /// Lets the pot grow by what was pressed away, after radii in the given windows of its surfaces have changed.
+    ///
+    /// `h = h₀·V₀/V`, V the volume of the clay at the first height h₀, within half and twice that height.
     pub fn settle(&mut self, windows: impl Iterator<Item = (usize, Window)>) {
         if !self.spec.keeps_volume {
             return;
@@ -236,9 +295,11 @@ impl Pot {
         for (surface, window) in windows {
             self.surfaces[surface].note_changed(window);
         }
-        for surface in &mut self.surfaces {
-            surface.settle();
-        }
+        self.surfaces.iter_mut().for_each(Surface::sum_up);
+        let [first_m2, now_m2] = [0, 1].map(|at| self.between(|surface| surface.square_sums_m2()[at]));
+        let growth = (first_m2 / now_m2).clamp(1.0 / Self::GROWTH_MAX, Self::GROWTH_MAX);
+        let height_m = (f64::from(self.surfaces[0].first_height_m()) * growth) as f32;
+        self.surfaces.iter_mut().for_each(|surface| surface.set_height(height_m));
     }
 
     /// Becomes another pot of the same specification without allocating.
@@ -251,10 +312,11 @@ impl Pot {
         }
     }
 
-    /// Volume that was pressed away within the outermost surface, m³: see [`Surface::pressed_m3`].
+    /// Volume of clay that was pressed away since the pot was untouched, m³, negative when it was pressed out: `V₀ − V` at the first
+    /// height. A pot that keeps its volume has grown by as much.
     #[must_use]
     pub fn pressed_m3(&self) -> f64 {
-        self.surfaces[0].pressed_m3()
+        self.between(Surface::pressed_m3)
     }
 
     /// Takes the radii of a window of one surface over from a pot of the same specification.

@@ -191,7 +191,7 @@ impl Profile {
         };
         let share = Slide::share(pass.speed_rad_s * ellipse.radius_m);
         let slide = Slide { along: share, up: 0.0, share };
-        let behind = Behind { support: Support::Backed, thickness_m: self.thickness_m, folds: 0.0 };
+        let behind = Behind { support: Support::Backed, thickness_m: self.thickness_m, layer_per_m: 0.0, folds: 0.0 };
         let met = law.met(ellipse, slope, slide, pass.strength, behind);
         let Met { spot, pressure_pa, strain, around, rim_width, .. } = &met;
         let (carried, dent) = self.press(simd, pass, spot, rows);

@@ -20,10 +20,17 @@ pub(super) struct GivenWay {
     pub(super) bow_per_m: f32,
     /// Force on the wall over Young's modulus, m².
     pub(super) load_m2: f32,
+    /// By how much more it gives way there than a wall as thick as it was made.
+    pub(super) softer: f32,
     /// What of the depth an elastic wall would not give way, m.
     pub(super) hinge_m: f32,
+    /// Share of its load that tools on the other side take up, over half of the wall's thickness, 1/m: clay between two tools is as on a core
+    /// that lies in the middle of the wall.
+    pub(super) layer_per_m: f32,
     /// Sixth power of how near the wall is to folding: see [`Hinge`].
     pub(super) folds: f32,
+    /// Whether it folds away from the tool, and not against it.
+    pub(super) folds_away: bool,
 }
 
 /// How a wall has given way under one tool among others, and by how much less than it the contacts were found, m: less than nothing
@@ -83,10 +90,13 @@ impl Default for Hinge {
 impl Hinge {
     /// Newton's steps, from a start that is at most a tenth too high: what is left is below the rounding of `f32`.
     const STEPS: u32 = 4;
+    /// Farthest beyond folding, so that its sixth power is finite on the way to a balance.
+    const OVER_MAX: f32 = 1e6;
 
     /// `(L/P)⁶`.
     fn folds(&self, load_m2: f32) -> f32 {
-        let square = (load_m2 / self.fold_m2) * (load_m2 / self.fold_m2);
+        let over = (load_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX);
+        let square = over * over;
         square * square * square
     }
 

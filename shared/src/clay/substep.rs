@@ -11,6 +11,7 @@ use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
 use super::lanes::{LANES, Simd, SimdBase, f32x8, only, with_vectors};
+use super::wall::Wall;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
 use crate::units::{Metres, Seconds, Tick};
@@ -151,6 +152,8 @@ pub struct SubStep {
     /// Merged pushes of the surface at hand, `[columns][rows]`, m; all zero between sub-steps.
     inward_m: Vec<f32>,
     outward_m: Vec<f32>,
+    /// The same on the inner skin of a wall.
+    inner_m: [Vec<f32>; 2],
     /// Of each press, whether its window on the surface at hand meets another's.
     together: Vec<bool>,
 }
@@ -174,6 +177,7 @@ impl SubStep {
             cutter: Some(Box::new(Cutter::new(rack, shape))),
             inward_m: alloc::vec![0.0; shape.elements()],
             outward_m: alloc::vec![0.0; shape.elements()],
+            inner_m: [const { Vec::new() }; 2],
             together: Vec::with_capacity(1),
         }
     }
@@ -224,8 +228,7 @@ impl SubStep {
 
     /// Advances `pot` by one step under `presses` and tells `touched` of every window that changed.
     ///
-    /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order;
-    /// its force adds up over the surfaces. A tool that has moved far goes in parts, at most [`Press::PARTS_MAX`], among
+    /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order. A tool that has moved far goes in parts, at most [`Press::PARTS_MAX`], among
     /// which those of the others are spread; its contact is that of the last.
     pub fn advance(
         &mut self,
@@ -252,7 +255,7 @@ impl SubStep {
         self.met.resize(presses.len(), false);
         let rounds = presses.iter().map(|press| press.parts(self.cutter.as_deref())).max().unwrap_or(1);
         let mut now = core::mem::take(&mut self.parts);
-        let bends = pot.surfaces().iter().any(|surface| surface.bending().is_some());
+        let bends = pot.bending().is_some();
         for round in 1..=rounds {
             now.clear();
             let parts = |press: &Press| press.parts(self.cutter.as_deref());
@@ -293,21 +296,18 @@ impl SubStep {
 
     /// The same while others hold against the wall as well where it bends.
     pub fn feel_beside(&mut self, pot: &Pot, press: &Press, beside: &[Press], method: impl Method) -> Contact {
-        let mut total = Contact::default();
         if !press.is_sound() {
-            return total;
+            return Contact::default();
         }
         let mut all = core::mem::take(&mut self.parts);
         all.clear();
         all.push((usize::MAX, *press));
         all.extend(beside.iter().map(|press| (usize::MAX, *press)));
-        for surface in pot.surfaces() {
-            self.make_room(surface.shape(), all.len());
-            self.brace(surface, &all, 1, &method);
-            total.add(&self.press_one(surface, press, 0, &method));
-        }
+        self.make_room(pot.spec().shape, all.len());
+        self.brace(pot, &all, 1, &method);
+        let contact = self.press_one(pot, press, 0, &method);
         self.parts = all;
-        total
+        contact
     }
 
     fn advance_once(
@@ -319,29 +319,58 @@ impl SubStep {
         touched: &mut impl FnMut(usize, Window),
     ) {
         let presses = &all[..due];
-        for &(number, _) in presses {
-            self.contacts[number] = Contact::default();
+        self.make_room(pot.spec().shape, all.len());
+        self.brace(pot, all, due, method);
+        for (at, (of, press)) in presses.iter().enumerate() {
+            let contact = self.press_one(pot, press, at, method);
+            self.met[*of] |= contact.elements > 0 || !self.footprints[at].window().is_empty();
+            self.contacts[*of] = contact;
         }
-        for (number, surface) in pot.surfaces_mut().iter_mut().enumerate() {
-            self.make_room(surface.shape(), all.len());
-            self.brace(surface, all, due, method);
-            for (at, (of, press)) in presses.iter().enumerate() {
-                let contact = self.press_one(surface, press, at, method);
-                self.met[*of] |= contact.elements > 0 || !self.footprints[at].window().is_empty();
-                self.contacts[*of].add(&contact);
-            }
-            let footprints = &mut self.footprints[..due];
-            if let [alone] = footprints {
-                surface.displace(alone);
-            } else {
-                self.merge(surface, due);
-            }
-            for footprint in &self.footprints[..due] {
-                if !footprint.window().is_empty() {
-                    touched(number, footprint.window());
-                }
+        self.displace(pot.surfaces_mut(), presses);
+        for footprint in &self.footprints[..due] {
+            if !footprint.window().is_empty() {
+                (0..pot.surfaces().len()).for_each(|surface| touched(surface, footprint.window()));
             }
         }
+    }
+
+    /// Moves the clay by the footprints of presses.
+    fn displace(&mut self, surfaces: &mut [Surface], presses: &[Part]) {
+        match (surfaces, presses) {
+            ([outer, inner], [(_, press)]) => {
+                let (mut wall, alone) = (Wall { outer, inner }, &self.footprints[0]);
+                with_vectors!(self.vectors, simd => wall.push_alone(simd, alone, press.side));
+            }
+            ([outer, inner], presses) => self.push(&mut Wall { outer, inner }, presses),
+            (skins, [_]) => skins[0].displace(&self.footprints[0]),
+            (skins, presses) => self.merge(&mut skins[0], presses.len()),
+        }
+    }
+
+    /// Moves both skins of a wall by the strongest pushes on each.
+    fn push(&mut self, wall: &mut Wall<'_>, presses: &[Part]) {
+        let shape = wall.outer.shape();
+        let elements = shape.elements();
+        let Self { footprints, vectors, inward_m, outward_m, inner_m, .. } = self;
+        let footprints = &footprints[..presses.len()];
+        let [back_m, out_m] = inner_m;
+        for pushes_m in [&mut *inward_m, outward_m, back_m, out_m] {
+            pushes_m.resize(elements.max(pushes_m.len()), 0.0);
+        }
+        with_vectors!(vectors, simd => {
+            for (footprint, (_, press)) in footprints.iter().zip(presses) {
+                let shares = match press.side {
+                    Side::Outside => [1.0, footprint.follows],
+                    Side::Inside => [footprint.follows, 1.0],
+                };
+                add_up(simd, shape, (footprint, shares[0]), inward_m, outward_m);
+                add_up(simd, shape, (footprint, shares[1]), back_m, out_m);
+            }
+            // an element of two footprints is moved with the first of them
+            for footprint in footprints {
+                wall.push(simd, footprint, [inward_m, outward_m, back_m, out_m]);
+            }
+        });
     }
 
     /// Footprints for so many presses.
@@ -352,13 +381,13 @@ impl SubStep {
     }
 
     /// Lets all that stand at a wall which bends bend it together, before the first `due` of them are pressed.
-    fn brace(&mut self, surface: &Surface, all: &[Part], due: usize, method: &impl Method) {
-        if all.len() < 2 || surface.bending().is_none() {
+    fn brace(&mut self, pot: &Pot, all: &[Part], due: usize, method: &impl Method) {
+        if all.len() < 2 || pot.bending().is_none() {
             return;
         }
         let footprints = &mut self.footprints[..all.len()];
         core::mem::swap(&mut footprints[0].scratch.cutter, &mut self.cutter);
-        method.brace(surface, all, footprints);
+        method.brace(pot, all, footprints);
         core::mem::swap(&mut footprints[0].scratch.cutter, &mut self.cutter);
         for ((of, _), footprint) in all.iter().zip(&mut *footprints) {
             // what the others met follows from it, so that it cannot be left out when they are pressed again
@@ -370,7 +399,7 @@ impl SubStep {
     }
 
     /// Evaluates a press with the footprint of its place.
-    fn press_one(&mut self, surface: &Surface, press: &Press, at: usize, method: &impl Method) -> Contact {
+    fn press_one(&mut self, pot: &Pot, press: &Press, at: usize, method: &impl Method) -> Contact {
         let footprint = &mut self.footprints[at];
         // the one place that keeps out what is no press: past it, everything is finite
         if !press.is_sound() {
@@ -378,7 +407,7 @@ impl SubStep {
             return Contact::default();
         }
         core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-        let contact = method.press(surface, press, footprint);
+        let contact = method.press(pot, press, footprint);
         core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
         contact
     }
@@ -398,7 +427,7 @@ impl SubStep {
         }));
         with_vectors!(vectors, simd => {
             for (footprint, _) in footprints.iter().zip(&*together).filter(|(_, meets)| **meets) {
-                add_up(simd, shape, footprint, inward_m, outward_m);
+                add_up(simd, shape, (footprint, 1.0), inward_m, outward_m);
             }
             for (footprint, meets) in footprints.iter_mut().zip(&*together) {
                 if *meets {
@@ -411,9 +440,15 @@ impl SubStep {
     }
 }
 
-/// Adds a footprint to the strongest pushes so far, `[columns][rows]` of the whole grid.
+/// Adds a share of a footprint to the strongest pushes so far, `[columns][rows]` of the whole grid.
 #[inline(always)]
-fn add_up<S: Simd>(simd: S, shape: GridShape, footprint: &Footprint, inward_m: &mut [f32], outward_m: &mut [f32]) {
+fn add_up<S: Simd>(
+    simd: S,
+    shape: GridShape,
+    (footprint, share): (&Footprint, f32),
+    inward_m: &mut [f32],
+    outward_m: &mut [f32],
+) {
     let window = footprint.window();
     for (local, column) in (0..).zip(window.grid_columns(shape)) {
         let (span, deltas_m) = footprint.span(local);
@@ -426,13 +461,13 @@ fn add_up<S: Simd>(simd: S, shape: GridShape, footprint: &Footprint, inward_m: &
         for ((delta, inward), outward) in deltas.iter().zip(inward).zip(outward) {
             // as beside the eights: what is not a number pushes nothing
             let delta = f32x8::load_array_ref(simd, delta);
-            let delta = only(delta.simd_eq(delta), delta);
+            let delta = only(delta.simd_eq(delta), delta) * share;
             *inward = f32x8::load_array_ref(simd, inward).min(delta).to_array();
             *outward = f32x8::load_array_ref(simd, outward).max(delta).to_array();
         }
         for ((delta, inward), outward) in last_deltas.iter().zip(last_inward).zip(last_outward) {
-            *inward = inward.min(*delta);
-            *outward = outward.max(*delta);
+            *inward = inward.min(*delta * share);
+            *outward = outward.max(*delta * share);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! One skin of the pot: a grid of radii over angle and height.
 //!
 //! Owns the radii and their bounds, and the places of the elements; no method and no tool.
-//! Invariant: every radius is finite and within the bounds; `set_radius`, `displace` and `change_window` see to it.
+//! Invariant: every radius is finite and within the bounds; `set_radius`, `displace`, `change_window` and `Wall` see to it.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -10,7 +10,7 @@ use glam::Vec2;
 
 use super::lanes::{LANES, Simd, SimdBase, f32x8, load, only, splat, with_vectors};
 use super::{Digest, Footprint, GridShape, Support, WallBending, Window};
-use crate::tool::Lattice;
+use crate::tool::{Lattice, Side};
 
 /// A grid of circular sector elements: radius r(θ, z) of the skin at evenly spaced angles and heights.
 ///
@@ -24,6 +24,8 @@ pub struct Surface {
     radius_min_m: f32,
     radius_max_m: f32,
     thickness_m: f32,
+    /// From where tools meet it, when those from the other side meet another.
+    met_from: Option<Side>,
     /// How the wall bends, when nothing stands behind it.
     bending: Option<Arc<WallBending>>,
     /// No element is or ever was wider, m.
@@ -41,6 +43,7 @@ impl PartialEq for Surface {
             && self.height_m == other.height_m
             && self.bounds_m() == other.bounds_m()
             && self.thickness_m == other.thickness_m
+            && self.met_from == other.met_from
             && self.bending == other.bending
             && self.radii_m == other.radii_m
     }
@@ -73,11 +76,18 @@ impl Surface {
             radius_min_m,
             radius_max_m,
             thickness_m,
+            met_from: None,
             bending,
             widest_m: radius_m,
             directions: directions(shape),
             radii_m: alloc::vec![radius_m; shape.elements()],
         }
+    }
+
+    /// The same, as the face that tools from one side alone meet.
+    pub(super) const fn met_from(mut self, side: Side) -> Self {
+        self.met_from = Some(side);
+        self
     }
 
     /// Number of elements each way.
@@ -102,6 +112,15 @@ impl Surface {
     #[must_use]
     pub const fn thickness_m(&self) -> f32 {
         self.thickness_m
+    }
+
+    /// How far the face that a tool from this side meets lies within the radii, m.
+    #[must_use]
+    pub const fn inset_m(&self, side: Side) -> f32 {
+        match (self.met_from, side) {
+            (None, Side::Inside) => self.thickness_m,
+            _ => 0.0,
+        }
     }
 
     /// What stands behind the clay.
@@ -323,7 +342,7 @@ impl Surface {
             self.thickness_m,
             self.bending.clone(),
         );
-        other.widest_m = self.widest_m;
+        (other.widest_m, other.met_from) = (self.widest_m, self.met_from);
         for (element, &radius_m) in radii_m.iter().enumerate() {
             let (column, row) = (element / shape.rows() as usize, element % shape.rows() as usize);
             other.set_radius(column as u32, row as u32, radius_m);
@@ -346,25 +365,49 @@ impl Surface {
         self.ledger = ledger;
     }
 
-    /// Notes that radii in a window are others than when [`Surface::settle`] last looked.
+    /// Notes that radii in a window are others than when [`Surface::sum_up`] last looked.
     pub(super) fn note_changed(&mut self, window: Window) {
         for column in window.grid_columns(self.shape) {
             self.ledger.stale[column as usize] = true;
         }
     }
 
-    /// Makes the skin as high as it has to be to enclose what it enclosed when it was untouched.
-    ///
-    /// `h = h₀·V₀/V`, V the volume within the radii at the first height h₀, within half and twice that height. The sum of
-    /// squares is exact for radii that are multiples of 2⁻¹⁸ m, so that it does not depend on what was settled before.
-    pub(super) fn settle(&mut self) {
+    /// Takes in what was noted to have changed.
+    pub(super) fn sum_up(&mut self) {
         let rows = self.shape.rows() as usize;
         for column in 0..self.shape.columns() {
             if core::mem::take(&mut self.ledger.stale[column as usize]) {
                 self.ledger.note(column, &self.radii_m[column as usize * rows..][..rows]);
             }
         }
-        self.height_m = self.ledger.height_m();
+    }
+
+    /// Σ r² over all elements, half at foot and rim, when it was untouched and now, m². Exact for radii that are multiples of
+    /// [`Surface::STEP_M`], so that it does not depend on what was summed up before.
+    pub(super) const fn square_sums_m2(&self) -> [f64; 2] {
+        [self.ledger.first_sum_m2, self.ledger.sum_m2]
+    }
+
+    /// Height when it was untouched, m.
+    pub(super) const fn first_height_m(&self) -> f32 {
+        self.ledger.first_height_m
+    }
+
+    /// Makes it so high, m.
+    pub(super) const fn set_height(&mut self, height_m: f32) {
+        self.height_m = height_m;
+    }
+
+    /// Radii above one another, to be changed to what its bounds allow.
+    #[inline(always)]
+    pub(super) fn run_mut(&mut self, column: u32, first_row: u32, rows: usize) -> &mut [f32] {
+        let start = column as usize * self.shape.rows() as usize + first_row as usize;
+        &mut self.radii_m[start..][..rows]
+    }
+
+    /// Takes in that elements have become so wide, m.
+    pub(super) const fn note_widest(&mut self, radius_m: f32) {
+        self.widest_m = self.widest_m.max(radius_m);
     }
 
     /// Volume enclosed between the skin and the axis, m³.
@@ -387,9 +430,8 @@ impl Surface {
 
     /// Volume that was pressed away between skin and axis since it was untouched, m³; negative when it was pressed out.
     ///
-    /// `V₀ − V` at the first height. A pot that keeps its volume has grown by as much.
-    #[must_use]
-    pub fn pressed_m3(&self) -> f64 {
+    /// `V₀ − V` at the first height.
+    pub(super) fn pressed_m3(&self) -> f64 {
         let now = self.enclosed_volume_m3() / f64::from(self.height_m) * f64::from(self.ledger.first_height_m);
         let first_row_m = f64::from(self.ledger.first_height_m) / f64::from(self.shape.rows() - 1);
         0.5 * self.ledger.first_sum_m2 * f64::from(self.shape.column_angle_rad()) * first_row_m - now
@@ -422,9 +464,6 @@ struct Ledger {
 }
 
 impl Ledger {
-    /// Farthest that a skin grows or shrinks.
-    const GROWTH_MAX: f64 = 2.0;
-
     fn untouched(shape: GridShape, height_m: f32, radius_m: f32) -> Self {
         let column_m2 = f64::from(radius_m) * f64::from(radius_m) * f64::from(shape.rows() - 1);
         let sum_m2 = column_m2 * f64::from(shape.columns());
@@ -463,11 +502,6 @@ impl Ledger {
     fn add(&mut self, column: u32, more_m2: f64) {
         self.columns_m2[column as usize] += more_m2;
         self.sum_m2 += more_m2;
-    }
-
-    fn height_m(&self) -> f32 {
-        let growth = (self.first_sum_m2 / self.sum_m2).clamp(1.0 / Self::GROWTH_MAX, Self::GROWTH_MAX);
-        (f64::from(self.first_height_m) * growth) as f32
     }
 }
 

@@ -131,6 +131,8 @@ pub struct Footprint {
     delta_m: Vec<[f32; LANES]>,
     /// Rows of each of the window's columns beyond which nothing is displaced.
     spans: Vec<Range<u32>>,
+    /// Share of what it displaces by which the skin on the other side of a wall goes with the one that is pressed.
+    pub(super) follows: f32,
     pub(super) scratch: Scratch,
 }
 
@@ -198,6 +200,7 @@ impl Footprint {
             window: Window::default(),
             delta_m: Vec::with_capacity(eights),
             spans: Vec::with_capacity(shape.columns() as usize),
+            follows: 1.0,
             scratch,
         }
     }
@@ -219,7 +222,7 @@ impl Footprint {
     /// Lays the footprint over `window`, none of whose elements is displaced until [`Footprint::narrow`] gives them out: what
     /// is not displaced need not be cleared.
     pub(super) fn lay(&mut self, window: Window) {
-        self.window = window;
+        (self.window, self.follows) = (window, 1.0);
         let eights = window.columns as usize * self.column_eights();
         if self.delta_m.len() < eights {
             self.delta_m.resize(eights, [0.0; LANES]);

@@ -101,7 +101,7 @@ impl Field {
     /// Whether its wall bends, so that others' tools tell under one's own.
     #[must_use]
     pub fn bends(&self) -> bool {
-        self.pot.surfaces().iter().any(|surface| surface.bending().is_some())
+        self.pot.bending().is_some()
     }
 
     /// Others' tools that hold against the wall.

@@ -57,22 +57,21 @@ impl Way {
     /// Whether the sphere touches the clay of the column that it stands before, as a press would find it.
     fn touches(&self, pot: &Pot, share: f32) -> bool {
         let centre_m = self.from_m.lerp(self.to_m, share);
-        pot.surfaces().iter().any(|surface| {
-            let column = column_before(surface, centre_m);
-            let [cos, sin] = surface.direction(column);
-            let (along_m, aside_m) = (centre_m.x * cos + centre_m.y * sin, centre_m.y * cos - centre_m.x * sin);
-            let reach_m2 = self.radius_m * self.radius_m - aside_m * aside_m;
-            rows_beside(surface, centre_m.z, self.radius_m).any(|row| {
-                let above_m = surface.row_z_m(row) - centre_m.z;
-                let half_m2 = reach_m2 - above_m * above_m;
-                let clay_m = surface.column_m(column)[row as usize];
-                let half_m = libm::sqrtf(half_m2.max(0.0));
-                half_m2 > 0.0
-                    && match self.side {
-                        Side::Outside => along_m - half_m < clay_m,
-                        Side::Inside => along_m + half_m > clay_m - surface.thickness_m(),
-                    }
-            })
+        let surface = pot.met_from(self.side);
+        let column = column_before(surface, centre_m);
+        let [cos, sin] = surface.direction(column);
+        let (along_m, aside_m) = (centre_m.x * cos + centre_m.y * sin, centre_m.y * cos - centre_m.x * sin);
+        let reach_m2 = self.radius_m * self.radius_m - aside_m * aside_m;
+        rows_beside(surface, centre_m.z, self.radius_m).any(|row| {
+            let above_m = surface.row_z_m(row) - centre_m.z;
+            let half_m2 = reach_m2 - above_m * above_m;
+            let clay_m = surface.column_m(column)[row as usize] - surface.inset_m(self.side);
+            let half_m = libm::sqrtf(half_m2.max(0.0));
+            half_m2 > 0.0
+                && match self.side {
+                    Side::Outside => along_m - half_m < clay_m,
+                    Side::Inside => along_m + half_m > clay_m,
+                }
         })
     }
 }

@@ -61,11 +61,10 @@ pub fn fitted(record: &PotRecord, wheel: &PotSpec) -> Result<PotRecord, PutError
         return Ok(record.clone());
     }
     let theirs = record.pot();
-    let steps = match theirs.spec().shape == wheel.shape {
-        true => record.steps().to_vec(),
-        false => PotRecord::of(&theirs.resampled(wheel.shape)).steps().to_vec(),
+    let fitted = match theirs.spec().shape == wheel.shape {
+        true => record.made_as(*wheel)?,
+        false => PotRecord::of(&theirs.resampled(wheel.shape)).made_as(*wheel)?,
     };
-    let fitted = PotRecord::new(*wheel, steps)?;
     let height = |pot: &Pot| pot.surfaces()[0].height_m();
     let (theirs_m, ours_m) = (height(&theirs), height(&fitted.pot()));
     let is_as_high = (ours_m - theirs_m).abs() <= HEIGHT_SHARE_MAX * theirs_m;

@@ -6,7 +6,7 @@
 use alloc::vec::Vec;
 
 use super::grid::{Quantum, dequantise, quantise, untouched_grids};
-use crate::clay::{Pot, PotError, PotSpec, Surface, Window};
+use crate::clay::{Pot, PotError, PotSpec, Support, Surface, Window};
 use crate::units::Metres;
 
 /// What a pot was made from and the radii that it has now.
@@ -65,6 +65,14 @@ pub enum RecordError {
         /// Largest, mm.
         max_mm: f32,
     },
+    /// Skins of a wall that cross each other; let the inner one lie within the outer one.
+    #[error("the inner wall lies outside of the outer one at column {column}, row {row}")]
+    Crossed {
+        /// Where, round the pot.
+        column: usize,
+        /// Where, from the foot up.
+        row: usize,
+    },
 }
 
 impl PotRecord {
@@ -90,7 +98,34 @@ impl PotRecord {
         for (surface, steps) in pot.surfaces().iter().zip(&steps) {
             check(surface, steps)?;
         }
+        if let [outer, inner] = &*steps
+            && let Some(at) = outer.iter().zip(inner).position(|(outer, inner)| inner > outer)
+        {
+            let rows = spec.shape.rows() as usize;
+            return Err(RecordError::Crossed { column: at / rows, row: at % rows });
+        }
         Ok(Self { spec, steps })
+    }
+
+    /// The same clay with another specification: a core is filled in or taken out behind a wall as thick as it was made.
+    ///
+    /// # Errors
+    /// [`RecordError`] for a specification that makes no pot, or another grid's.
+    pub fn made_as(&self, spec: PotSpec) -> Result<Self, RecordError> {
+        Self::of_surfaces(spec, self.steps.clone())
+    }
+
+    /// A record of as many surfaces as are given: a wall whose inner skin is not told is as thick as it was made.
+    fn of_surfaces(spec: PotSpec, mut steps: Vec<Vec<u16>>) -> Result<Self, RecordError> {
+        match (spec.support, &*steps) {
+            (Support::Hollow, [outer]) => {
+                let thick = quantise(spec.radius.0).saturating_sub(quantise(spec.radius.0 - spec.wall.0));
+                steps.push(outer.iter().map(|outer| outer.saturating_sub(thick)).collect());
+            }
+            (Support::Backed, [_, ..]) => steps.truncate(1),
+            _ => {}
+        }
+        Self::new(spec, steps)
     }
 
     /// What the pot was made from.
@@ -124,23 +159,26 @@ impl PotRecord {
         planes
     }
 
-    /// The record that has these planes.
+    /// The record that has these planes: of a hollow pot also those of its outer surface alone.
     ///
     /// # Errors
     /// [`RecordError`], also for planes that are too short or too long.
     pub fn of_planes(spec: PotSpec, planes: &[u8]) -> Result<Self, RecordError> {
         let (elements, rows) = (spec.shape.elements(), spec.shape.rows() as usize);
-        if planes.len() != 2 * elements {
+        if planes.is_empty() || !planes.len().is_multiple_of(2 * elements) {
             return Err(RecordError::Count { radii: planes.len() / 2, elements });
         }
-        let (low, high) = planes.split_at(elements);
-        let mut steps = Vec::with_capacity(elements);
-        for (at, (&low, &high)) in low.iter().zip(high).enumerate() {
-            let word = u16::from_le_bytes([low, high]);
-            let difference = (word >> 1) ^ (word & 1).wrapping_neg();
-            steps.push(expected(&steps, at, rows).wrapping_add(difference));
-        }
-        Self::new(spec, alloc::vec![steps])
+        let of_surface = |planes: &[u8]| {
+            let (low, high) = planes.split_at(elements);
+            let mut steps = Vec::with_capacity(elements);
+            for (at, (&low, &high)) in low.iter().zip(high).enumerate() {
+                let word = u16::from_le_bytes([low, high]);
+                let difference = (word >> 1) ^ (word & 1).wrapping_neg();
+                steps.push(expected(&steps, at, rows).wrapping_add(difference));
+            }
+            steps
+        };
+        Self::of_surfaces(spec, planes.chunks_exact(2 * elements).map(of_surface).collect())
     }
 
     /// The pot, as it stands on a wheel that began with this record.

@@ -26,6 +26,8 @@ pub struct KnownDent {
     /// Radial displacement on the raster, mm, with the tool in and when it has left.
     loaded_mm: Vec<f64>,
     permanent_mm: Vec<f64>,
+    /// Radial displacement of the inner wall behind the tool's middle when it has left, mm.
+    pub behind_mm: f64,
     /// Force on the tool when it reaches its depth, and the largest of the whole press, N.
     pub force_n: f64,
     /// See `force_n`.
@@ -136,11 +138,14 @@ fn read(files: &[Files], support: Support, grid: GridShape) -> Result<Vec<KnownD
             };
             let dent = pressed(scene, support, grid, depth_mm);
             let (loaded, unloaded) = (profile('L', loaded)?, profile('U', unloaded)?);
+            let middle_mm = 0.5 * f64::from(dent.pot.height.as_mm());
+            let inner_mm = f64::from(dent.pot.radius.as_mm() - dent.pot.wall.as_mm());
             let reached = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM);
             known.push(KnownDent {
                 name: scene.name,
                 loaded_mm: raster(&dent, |angle, z_mm| loaded.radial_mm(angle, z_mm)),
                 permanent_mm: raster(&dent, |angle, z_mm| unloaded.radial_mm(angle, z_mm)),
+                behind_mm: unloaded.inner_mm(0.0, middle_mm) - inner_mm,
                 force_n: reached.ok_or_else(|| FitError::Force { file: file.clone(), depth_mm })?,
                 largest_force_n: curve.largest_n(),
                 dent,
@@ -181,6 +186,7 @@ impl KnownDent {
             name: scene.name,
             loaded_mm: raster(&dent, pressed.radial_mm(false)),
             permanent_mm: raster(&dent, pressed.radial_mm(true)),
+            behind_mm: pressed.behind_mm(),
             force_n,
             largest_force_n: force_n,
             dent,

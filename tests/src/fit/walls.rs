@@ -1,5 +1,5 @@
 //! Hollow pots pressed to every depth that the finite elements know a force at: how much a wall softens that yields, and the clay at
-//! it.
+//! it; and how far the inner wall goes with a dent outside.
 //!
 //! Owns the list of files and what of a curve is compared; surfaces are [`super::dents`]'.
 //! Invariant: a curve is read once, on its first way in.
@@ -119,5 +119,50 @@ pub fn fit(
         PlasticLaw { wall_softer, wall_weaker, ..start }
     };
     let found = simplex::descend(hollow(&start), iterations, |at| score(law(at), forces, dents), tell)?;
+    Ok(Fitted { law: law(found.at), score: found.value })
+}
+
+/// Constants of how a wall's other skin goes along, in this order.
+pub const FOLLOWING: [&str; 2] = ["wall_follows", "wall_follows_from"];
+
+/// The constants of how a wall's other skin goes along.
+#[must_use]
+pub fn following(law: &PlasticLaw) -> [f64; 2] {
+    [law.wall_follows, law.wall_follows_from].map(f64::from)
+}
+
+/// By how much farther inwards than in the finite elements the inner wall has gone behind each dent, over the travel.
+///
+/// # Errors
+/// [`FitError::Dent`] for figures that make no sense.
+pub fn behind(law: PlasticLaw, dents: &[KnownDent]) -> Result<Vec<f64>, FitError> {
+    dents
+        .iter()
+        .map(|known| {
+            let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
+            Ok((known.behind_mm - pressed.behind_mm()) / f64::from(known.dent.depth.as_mm()))
+        })
+        .collect()
+}
+
+/// Fits how a wall's other skin goes along, with all else of `start` held, by the root mean square of [`behind`].
+///
+/// # Errors
+/// [`FitError::Dent`] for figures that make no sense.
+pub fn fit_following(
+    start: PlasticLaw,
+    dents: &[KnownDent],
+    iterations: u32,
+    tell: impl FnMut(u32, f64),
+) -> Result<Fitted, FitError> {
+    let law = |at: [f64; 2]| {
+        let [wall_follows, wall_follows_from] = at.map(|value| value.max(0.0) as f32);
+        PlasticLaw { wall_follows, wall_follows_from, ..start }
+    };
+    let score = |at| -> Result<f64, FitError> {
+        let off = behind(law(at), dents)?;
+        Ok((off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt())
+    };
+    let found = simplex::descend(following(&start), iterations, score, tell)?;
     Ok(Fitted { law: law(found.at), score: found.value })
 }

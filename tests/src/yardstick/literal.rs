@@ -4,7 +4,7 @@
 //! done to make it fast.
 //! Invariant: a hull moves no element that collides, and every other element of it once.
 
-use pottery_shared::clay::{Contact, Footprint, GridShape, Method, OriginalCsem, Press, Surface, Window};
+use pottery_shared::clay::{Contact, Footprint, GridShape, Method, OriginalCsem, Pot, Press, Surface, Window};
 
 use crate::dent::{Dent, DentError, Dented, Pressing};
 
@@ -40,8 +40,9 @@ pub fn hulls(arc_m: f32) -> u32 {
 }
 
 impl Method for LiteralCsem {
-    fn press(&self, surface: &Surface, press: &Press, footprint: &mut Footprint) -> Contact {
-        let contact = OriginalCsem.press(surface, press, footprint);
+    fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        let surface = pot.met_from(press.side);
+        let contact = OriginalCsem.press(pot, press, footprint);
         if contact.elements == 0 {
             return contact;
         }

@@ -1,4 +1,4 @@
-//! How a pot file lies in bytes, version 1: a head of fixed places, packed radii, a checksum.
+//! How a pot file lies in bytes, versions 1 and 2: a head of fixed places, packed radii, a checksum.
 //!
 //! `shared/files/POT-FILE.md` is the description; the numbers here are the same.
 //! Invariant: version and length are read before anything else is believed, the checksum before any number is used.
@@ -8,22 +8,21 @@ use std::io::{Read, Write};
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
-use pottery_shared::clay::{GridShape, Material, MethodKind, PotError, PotSpec, Strength, Support, Wheel};
-use pottery_shared::snapshot::{PotRecord, RecordError};
+use pottery_shared::clay::{Digest, GridShape, Material, MethodKind, PotError, PotSpec, Strength, Support, Wheel};
+use pottery_shared::snapshot::{PotRecord, RecordError, dequantise};
 use pottery_shared::units::{Metres, Rpm, Seconds};
 
 use super::{FormatError, PotFile};
 
 /// The first byte is no text, the rest shows a transfer that changed the ends of lines, as PNG's does.
 const SIGNATURE: [u8; 8] = *b"\x89POT\r\n\x1a\n";
-const VERSION: u32 = 1;
+/// Version of a file with one surface, which older readers know, and of one with both skins of a wall.
+const VERSIONS: [u32; 2] = [1, 2];
 const HEAD_BYTES: usize = 72;
 const CHECKSUM_BYTES: usize = 4;
 const SHORTEST_BYTES: usize = HEAD_BYTES + CHECKSUM_BYTES;
-/// Surfaces of a pot in this version.
-const SURFACES: u8 = 1;
-/// Longest file: the largest grid, packed without gain (5 bytes in 16 kB), with head and checksum.
-pub(super) const BYTES_MAX: usize = 2 * GridShape::ELEMENTS_MAX as usize + (64 << 10);
+/// Longest file: two of the largest grids, packed without gain (5 bytes in 16 kB), with head and checksum.
+pub(super) const BYTES_MAX: usize = 4 * GridShape::ELEMENTS_MAX as usize + (64 << 10);
 
 pub(super) fn encode(file: &PotFile) -> Vec<u8> {
     let spec = file.pot.spec();
@@ -31,7 +30,8 @@ pub(super) fn encode(file: &PotFile) -> Vec<u8> {
     let length = SHORTEST_BYTES + packed.len();
     let mut bytes = Vec::with_capacity(length);
     bytes.extend(SIGNATURE);
-    bytes.extend(VERSION.to_le_bytes());
+    let surfaces = file.pot.steps().len();
+    bytes.extend(VERSIONS[surfaces - 1].to_le_bytes());
     bytes.extend(u32::try_from(length).expect("a file is below its bound").to_le_bytes());
     bytes.extend(spec.shape.columns().to_le_bytes());
     bytes.extend(spec.shape.rows().to_le_bytes());
@@ -46,11 +46,11 @@ pub(super) fn encode(file: &PotFile) -> Vec<u8> {
         strength.yield_pa,
     ];
     bytes.extend(numbers.into_iter().flat_map(f32::to_le_bytes));
-    bytes.extend([u8::from(spec.keeps_volume), spec.support.number(), file.method.number(), SURFACES]);
+    bytes.extend([u8::from(spec.keeps_volume), spec.support.number(), file.method.number(), surfaces as u8]);
     let pot = file.pot.pot();
     bytes.extend(pot.surfaces()[0].height_m().to_le_bytes());
     bytes.extend([0; 4]);
-    bytes.extend(pot.digest().to_le_bytes());
+    bytes.extend(digest_of(&file.pot, surfaces).to_le_bytes());
     assert_eq!(bytes.len(), HEAD_BYTES);
     bytes.extend(packed);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
@@ -62,11 +62,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PotFile, FormatError> {
         return Err(FormatError::NotAPot);
     }
     let mut head = Head { rest: &bytes[SIGNATURE.len()..], bytes: bytes.len() };
-    match head.u32()? {
-        0 => return Err(FormatError::Number { field: "version", number: 0 }),
-        1..=VERSION => {}
-        version => return Err(FormatError::FromTheFuture { version, newest: VERSION }),
-    }
+    let version = head.u32()?;
+    let surfaces = match VERSIONS.iter().position(|&known| known == version) {
+        Some(at) => at + 1,
+        None if version == 0 => return Err(FormatError::Number { field: "version", number: 0 }),
+        None => return Err(FormatError::FromTheFuture { version, newest: VERSIONS[1] }),
+    };
     let expected = (head.u32()? as usize).max(SHORTEST_BYTES);
     let (sealed, checksum) = match bytes.split_last_chunk::<CHECKSUM_BYTES>() {
         Some(parts) if bytes.len() == expected => parts,
@@ -86,7 +87,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PotFile, FormatError> {
     let keeps_volume = known("rule for the volume", head.u8()?, |number| number == 1, u8::from)?;
     let support = known("support", head.u8()?, Support::from_number, Support::number)?;
     let method = known("method", head.u8()?, MethodKind::from_number, MethodKind::number)?;
-    known("count of surfaces", head.u8()?, |_| SURFACES, |surfaces| surfaces)?;
+    known("count of surfaces", head.u8()?, |_| surfaces as u8, |surfaces| surfaces)?;
     // for other readers; here it follows from the radii
     let _height_now_m = head.f32()?;
     let _reserved = head.u32()?;
@@ -94,12 +95,20 @@ pub(super) fn decode(bytes: &[u8]) -> Result<PotFile, FormatError> {
     let shape = GridShape::new(columns, rows).map_err(|error| RecordError::from(PotError::from(error)))?;
     let spec = PotSpec { shape, height, radius, wall, keeps_volume, support };
     spec.check().map_err(RecordError::from)?;
-    let planes = unpack(&sealed[HEAD_BYTES..], 2 * shape.elements())?;
+    let planes = unpack(&sealed[HEAD_BYTES..], 2 * surfaces * shape.elements())?;
     let pot = PotRecord::of_planes(spec, &planes)?;
-    if pot.pot().digest() != digest {
+    if digest_of(&pot, surfaces) != digest {
         return Err(FormatError::Digest);
     }
     Ok(PotFile { pot, method, wheel_speed, clay })
+}
+
+/// Digest of the radii of the first surfaces of a pot, as floats.
+fn digest_of(pot: &PotRecord, surfaces: usize) -> u64 {
+    let mut digest = Digest::default();
+    let radii = pot.steps()[..surfaces].iter().flatten();
+    radii.for_each(|&step| digest.add(dequantise(step).to_bits()));
+    digest.finish()
 }
 
 /// What a number stands for; an error when it stands for nothing.

@@ -136,6 +136,9 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("volume in       {:.2} mm³", dented.volume_in_mm3);
     println!("volume out      {:.2} mm³", dented.volume_out_mm3);
+    if let (Some(behind_mm), Support::Hollow) = (dented.behind_mm, dent.pot.support) {
+        println!("inner wall      {behind_mm:.3} mm behind the tool, when it has left");
+    }
     println!("a step          {:.0} ns", dented.step_ns);
     if flags.profile.is_some() {
         println!("as a profile    {} of {} steps", dented.profile_steps.0, dented.profile_steps.1);

@@ -23,7 +23,7 @@ What it does:
   most. How much clay heaps up before a ball follows from the forces along its motion by least squares.
   Nothing is fitted to a ball of 16 mm that is drawn, and to the dents called held_.
   It presses hollow pots to 0.5, 1, 2, 3 and 4 mm and moves how their walls soften and clay on them weakens, by the RMS of the
-  errors of the forces and of both surfaces.
+  errors of the forces and of both surfaces; then how far the inner wall goes along, by that behind what stays of each dent.
   Last it presses balls within a millisecond to four seconds into clay that takes its time, and moves what less a quick one raises,
   by the RMS of the differences to the slow one.
 What to do with it:
@@ -65,6 +65,7 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
     let forces = walls::finite_elements(GridShape::PAPER)?;
     let hollow = fit::dents::hollow(GridShape::PAPER)?;
     let found = walls::fit(found.law, &forces, &hollow, flags.iterations.min(40), tell("walls"))?;
+    let found = walls::fit_following(found.law, &hollow, flags.iterations.min(40), tell("skins"))?;
     let found = speeds::fit(found.law, GridShape::PAPER, flags.iterations.min(20), tell("speeds"))?;
     bar.finish_and_clear();
     let laws = [used, found.law];
@@ -109,15 +110,31 @@ fn print_walls(
     }
     let [used, found] = laws.map(|law| walls::score(law, forces, hollow));
     println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
+    let [used, found] = laws.map(|law| walls::following(&law));
+    for (name, (used, found)) in walls::FOLLOWING.iter().zip(used.into_iter().zip(found)) {
+        println!("{name:<24}{used:>10.3}{found:>10.3}");
+    }
     for (what, dents) in [("", hollow), ("held out of the fit", &fit::dents::hollow_held_out(GridShape::PAPER)?)] {
         println!("{what}");
         print_dents(dents, &fit::misfits(laws[0], dents)?, &fit::misfits(laws[1], dents)?);
+        print_behind(laws, dents)?;
     }
     println!("{:<24}{:>10}{:>10}{:>20}", "hollow, force, per cent", "FITTED", "found", "reference N");
     let [used, found] = [walls::errors(laws[0], forces)?, walls::errors(laws[1], forces)?];
     for ((known, used), found) in forces.iter().zip(used).zip(found) {
         let press = format!("{} {} mm", known.name, known.dent.depth.as_mm());
         println!("{press:<24}{:>+10.2}{:>+10.2}{:>20.2}", 100.0 * used, 100.0 * found, known.force_n);
+    }
+    Ok(())
+}
+
+/// How far the inner wall has gone behind each dent.
+fn print_behind(laws: [PlasticLaw; 2], dents: &[KnownDent]) -> Result<(), Box<dyn std::error::Error>> {
+    println!("{:<24}{:>10}{:>10}{:>20}", "behind the wall, per cent", "FITTED", "found", "reference mm");
+    let [used, found] = [walls::behind(laws[0], dents)?, walls::behind(laws[1], dents)?];
+    for ((known, used), found) in dents.iter().zip(used).zip(found) {
+        let press = format!("{} {} mm", known.name, known.dent.depth.as_mm());
+        println!("{press:<24}{:>+10.2}{:>+10.2}{:>20.3}", 100.0 * used, 100.0 * found, known.behind_mm);
     }
     Ok(())
 }
