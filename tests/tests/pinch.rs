@@ -4,10 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f32::consts::PI;
+use std::path::Path;
 
 use glam::Vec3;
+use pottery_client::stroke::Stroke;
 use pottery_shared::clay::{
-    Conditions, Contact, GridShape, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Support,
+    Conditions, Contact, GridShape, MethodKind, Phase, Pot, PotSpec, Press, Strength, SubStep, Support, Wheel,
 };
 use pottery_shared::prediction::{Field, Hand, Patch};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample, rack};
@@ -142,6 +144,55 @@ fn what_two_hands_squeeze_out_of_a_wall_makes_the_pot_higher() {
     assert!(height_mm > 200.3 && outer.height_m() == inner.height_m(), "{height_mm} mm");
     assert!((pot.clay_m3() / before_m3 - 1.0).abs() < 1e-4, "{} of {before_m3} m³", pot.clay_m3());
     assert!(pot.pressed_m3() > 0.0);
+}
+
+/// A stroke's tool at a tick, as a press on a turning wheel, while it is there.
+fn drawn(
+    stroke: &Stroke,
+    conditions: &Conditions,
+    tick: Tick,
+    side: Side,
+    last: &mut Option<ToolSample>,
+) -> Option<Press> {
+    let at_s = tick.0 as f64 * f64::from(Tick::PERIOD.0);
+    let centre = Position::nearest(stroke.at(at_s)?).unwrap();
+    let sample = ToolSample { tick, tool: stroke.tool_at(at_s), orientation: Orientation::default(), centre, side };
+    let press = conditions.press(&sample, last.as_ref());
+    *last = Some(sample);
+    Some(press)
+}
+
+#[test]
+fn two_hands_pull_a_wall_up() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes");
+    let strokes = ["pull-outside.csv", "pull-inside.csv"].map(|name| Stroke::read(folder.join(name)).unwrap());
+    let rate = Wheel::rate_of(strokes[0].wheel_speed());
+    let conditions = Conditions { wheel: Wheel::starting_at(Tick(0), Phase(0), rate), ..Conditions::default() };
+    let mut pot = hollow(GridShape::PAPER);
+    let (mut substep, mut changed) = (SubStep::for_grid(pot.spec().shape), Vec::new());
+    let (before_m3, mut last) = (pot.clay_m3(), [None; 2]);
+    for tick in (0..24_000).map(Tick) {
+        let sides = [Side::Outside, Side::Inside].into_iter();
+        let presses: Vec<_> = sides
+            .zip(&strokes)
+            .zip(&mut last)
+            .filter_map(|((side, stroke), last)| drawn(stroke, &conditions, tick, side, last))
+            .collect();
+        substep.advance(&mut pot, &presses, conditions.method, |surface, window| changed.push((surface, window)));
+        if tick.0 % 17 == 0 {
+            pot.settle(changed.drain(..));
+        }
+    }
+    let (walls_mm, height_mm) = (walls_mm(&pot), pot.surfaces()[0].height_m() * 1e3);
+    let pulled = |column: usize| walls_mm[column * 400 + 120..column * 400 + 280].iter().sum::<f32>() / 160.0;
+    let mean_mm = (0..360).map(pulled).sum::<f32>() / 360.0;
+    let uneven_mm = (0..360).map(|column| (pulled(column) - mean_mm).abs()).fold(0.0, f32::max);
+    println!("a wall of 8 mm is {mean_mm:.2} mm thick, uneven by {uneven_mm:.2} mm, and {height_mm:.1} mm high");
+    assert!((5.5..7.5).contains(&mean_mm) && uneven_mm < 0.1, "{mean_mm} mm, uneven by {uneven_mm} mm");
+    assert!(height_mm > 208.0, "{height_mm} mm");
+    assert!((pot.clay_m3() / before_m3 - 1.0).abs() < 1e-4, "{} of {before_m3} m³", pot.clay_m3());
+    // nobody was at the foot
+    assert!(walls_mm.chunks(400).all(|column| (column[10] - 8.0).abs() < 0.01));
 }
 
 #[test]

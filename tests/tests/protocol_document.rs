@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use pottery_server::{CONTROL_BYTES, CONTROL_QUEUE, Input, KEYFRAME_BYTES};
-use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Support, Surface, Window};
 use pottery_shared::protocol::{
     ALPN, Audience, Body, CONTROL_MAX, ClassWire, ClayWire, DATAGRAM_LONGEST, DATAGRAM_MAX, DATAGRAM_MEMORY_MAX,
     DetailWire, Fragment, FragmentOf, Greeting, GuidanceEnd, GuidanceWire, HandWire, Hello, Inputs, KEYFRAME_MAX,
@@ -21,12 +20,14 @@ use pottery_shared::protocol::{
     Upload, VERSION, Welcome, WheelInfo, WheelWire, encode,
 };
 use pottery_shared::session::InputQueue;
-use pottery_shared::snapshot::{Author, Detail, Moment, Pressed, Tier, Touched, Transcript, Version, quantise};
+use pottery_shared::snapshot::{Pressed, Transcript};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Tool, ToolSample};
 use pottery_shared::units::Tick;
-use pottery_tests::dice::Dice;
 use pottery_tests::programs::folder;
 use serde_json::{Value, json};
+
+#[path = "protocol_document/chains.rs"]
+mod chains;
 
 fn shared(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name)
@@ -450,121 +451,6 @@ fn keyframes() -> Vec<Value> {
     vec![keyframe(None, Value::Null, 300, true), keyframe(Some(SIGHT), sight(), 0, false)]
 }
 
-/// A pot into which dice press, without any law of clay: what is told, and with which digests.
-struct Wheel {
-    pot: Pot,
-    author: Author,
-    touched: Touched,
-    dice: Dice,
-    now: u64,
-}
-
-impl Wheel {
-    const SHAPE: (u32, u32) = (44, 37);
-
-    fn new(support: Support) -> Self {
-        let shape = GridShape::new(Self::SHAPE.0, Self::SHAPE.1).unwrap();
-        let mut pot = Pot::new(PotSpec { shape, support, ..PotSpec::default() }).unwrap();
-        let author = Author::new(&mut pot);
-        let touched = Touched::none(pot.surfaces().iter().map(Surface::shape));
-        Self { pot, author, touched, dice: Dice::new(5), now: 0 }
-    }
-
-    /// A dent that stands in the room while the pot turns, with some roughness; now and then another one elsewhere.
-    fn press(&mut self) -> (Vec<u8>, Moment) {
-        let turned = (self.now * 3 / 2) as u32;
-        let mut dents = vec![(turned % Self::SHAPE.0, 12_u32, 9_i32)];
-        if self.now % 5 == 4 {
-            dents.push(((turned + 20) % Self::SHAPE.0, 30, -120));
-        }
-        for (column, row, deep) in dents {
-            for (aside, up) in (0..7).flat_map(|aside| (0..7).map(move |up| (aside, up))) {
-                let (column, row) = ((column + aside) % Self::SHAPE.0, row + up);
-                let (from_middle, rough) = ((aside as i32 - 3).pow(2) + (up as i32 - 3).pow(2), self.dice.roll() % 3);
-                let depth = deep * (18 - from_middle) / 18 + rough as i32;
-                // of a wall the inner skin goes half as far
-                for (surface, depth) in [depth, depth / 2].into_iter().enumerate().take(self.pot.surfaces().len()) {
-                    let radius_m = self.pot.surfaces()[surface].column_m(column)[row as usize];
-                    let step = (i32::from(quantise(radius_m)) - depth) as u16;
-                    self.pot.surfaces_mut()[surface].set_radius(
-                        column,
-                        row,
-                        pottery_shared::snapshot::dequantise(step),
-                    );
-                    let window = Window { first_column: column, columns: 1, first_row: row, rows: 1 };
-                    self.touched.add_window(surface, window);
-                }
-            }
-        }
-        self.now += 1;
-        // with pauses, so that the time between deltas changes
-        let tick = Tick(self.now * 17 + self.now / 4 * 30);
-        let now = Moment { tick, phase: Phase((tick.0 as u32).wrapping_mul(5_000_000)) };
-        (self.author.publish(&mut self.pot, &mut self.touched, now).unwrap().bytes, now)
-    }
-}
-
-fn said(kind: &str, version: Version, bytes: &[u8], digest: u64) -> Value {
-    json!({ "kind": kind, "version": version.0, "hex": hex(bytes), "digest": format!("{digest:016x}") })
-}
-
-fn keyframe_said(author: &Author, since: Version, goes_on: bool) -> Value {
-    let mut value = said("keyframe", author.latest(), &author.keyframe(since, goes_on), author.digest());
-    value["since"] = since.0.into();
-    value["goes_on"] = goes_on.into();
-    value
-}
-
-fn chains() -> Vec<Value> {
-    let mut wheel = Wheel::new(Support::Backed);
-    let (columns, rows) = Wheel::SHAPE;
-    let PotSpec { radius, wall, .. } = PotSpec::default();
-    let radius_steps = [quantise(radius.0), quantise(radius.0 - wall.0)];
-    let mut tiers = Detail::PRESETS.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
-    let (mut from_the_start, mut late, mut gap) = (Vec::new(), Vec::new(), Vec::new());
-    for version in 1..=14 {
-        let (bytes, now) = wheel.press();
-        let delta = said("delta", wheel.author.latest(), &bytes, wheel.author.digest());
-        from_the_start.push(delta.clone());
-        match version {
-            ..=3 => gap.push(delta.clone()),
-            4..9 => {}
-            9 => gap.push(keyframe_said(&wheel.author, Version(3), true)),
-            _ => gap.push(delta.clone()),
-        }
-        match version {
-            6 => late.push(keyframe_said(&wheel.author, Version(0), true)),
-            7.. => late.push(delta),
-            _ => {}
-        }
-        for (_, tier, chain) in &mut tiers {
-            if let Some(delta) = tier.publish(&wheel.author, now) {
-                chain.push(said("delta", delta.version, &delta.bytes, tier.digest()));
-            }
-        }
-    }
-    late.push(keyframe_said(&wheel.author, Version(0), false));
-    let chain = |columns: u32, rows: u32, radius_steps: &[u16], quantum: u16, said: &[Value]| json!({ "columns": columns, "rows": rows, "radius_steps": radius_steps, "quantum": quantum, "said": said });
-    let outer = &radius_steps[..1];
-    let mut chains: Vec<_> =
-        [from_the_start, late, gap].iter().map(|said| chain(columns, rows, outer, 1, said)).collect();
-    for ((detail, _, said), quantum) in tiers.iter().zip([3, 16]) {
-        let grid = detail.grid_of(GridShape::new(columns, rows).unwrap());
-        chains.push(chain(grid.columns(), grid.rows(), outer, quantum, said));
-    }
-    let (mut wall, mut told) = (Wheel::new(Support::Hollow), Vec::new());
-    for version in 1..=6 {
-        let (bytes, _) = wall.press();
-        match version {
-            4 => told.push(keyframe_said(&wall.author, Version(0), true)),
-            5.. => told.push(said("delta", wall.author.latest(), &bytes, wall.author.digest())),
-            _ => {}
-        }
-    }
-    chains.push(chain(columns, rows, &radius_steps, 1, &told));
-    chains
-}
-
 fn sample_value(sample: &ToolSample) -> Value {
     let (kind, tool): (&str, Value) = match sample.tool {
         Tool::Sphere(sphere) => ("sphere", sphere.micrometres().into()),
@@ -641,7 +527,7 @@ fn retelling() -> Value {
 fn vectors() -> Value {
     let messages =
         [greetings(), requests(), notices(), uploads(), vec![retelling()], datagrams(), keyframes()].concat();
-    json!({ "version": VERSION, "messages": messages, "chains": chains(), "transcripts": transcripts() })
+    json!({ "version": VERSION, "messages": messages, "chains": chains::all(), "transcripts": transcripts() })
 }
 
 #[test]

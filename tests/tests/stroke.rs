@@ -299,21 +299,28 @@ fn depth_mm(stroke: &Stroke, seconds: f64) -> f32 {
     60.0 + reach_mm(stroke) - centre_mm.truncate().length()
 }
 
+/// How deep the finger inside stands in the untouched wall, whose inner face is 52 mm from the axis.
+fn depth_inside_mm(stroke: &Stroke, seconds: f64) -> f32 {
+    (stroke.at(seconds).unwrap() * 1e3).truncate().length() + reach_mm(stroke) - 52.0
+}
+
 #[test]
-fn five_strokes_come_with_the_studio() {
+fn seven_strokes_come_with_the_studio() {
     let names: Vec<String> = shipped().into_iter().map(|(name, _)| name).collect();
-    assert_eq!(names, ["evaluation", "foot", "neck", "rib", "waist"]);
+    assert_eq!(names, ["evaluation", "foot", "neck", "pull-inside", "pull-outside", "rib", "waist"]);
 }
 
 #[test]
 fn shipped_strokes_begin_and_end_in_the_air_and_press_in_between() {
     for (name, stroke) in shipped() {
+        let depth_mm = if name == "pull-inside" { depth_inside_mm } else { depth_mm };
         assert!(depth_mm(&stroke, stroke.start()) <= -20.0, "{name} begins on the clay");
         assert!(depth_mm(&stroke, stroke.end()) <= -20.0, "{name} ends on the clay");
         let middle = stroke.start() + 0.5 * stroke.duration();
         assert!(depth_mm(&stroke, middle) > 2.0, "{name} does not press");
-        assert!((8.5..=9.5).contains(&stroke.duration()), "{name} lasts {} s", stroke.duration());
-        assert_eq!(stroke.wheel_speed(), Rpm(20.0), "{name}");
+        let (lasts_s, rpm) = if name.starts_with("pull-") { (24.0..=24.0, 60.0) } else { (8.5..=9.5, 20.0) };
+        assert!(lasts_s.contains(&stroke.duration()), "{name} lasts {} s", stroke.duration());
+        assert_eq!(stroke.wheel_speed(), Rpm(rpm), "{name}");
     }
 }
 

@@ -197,7 +197,7 @@ fn what_cannot_be_written_is_said_in_the_panel_and_nothing_is_lost() {
     assert!(fs::read(&aside).unwrap() == kept);
     // a pot from the future is refused in the same place
     let mut future = kept;
-    future[8..12].copy_from_slice(&2_u32.to_le_bytes());
+    future[8..12].copy_from_slice(&3_u32.to_le_bytes());
     fs::write(&pot, &future).unwrap();
     display.run("xdotool", &["key", "ctrl+o"]);
     until_said("newer");
