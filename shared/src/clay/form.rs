@@ -110,9 +110,10 @@ impl Form {
         }
     }
 
-    /// The widest radius of this form with a height for its width and as much clay as a specification's cylinder: with h = a·w and that cylinder's
-    /// h₀ and r₀, `h·w²·m₂ = h₀·r₀²` makes `w = ∛(h₀·r₀²/(a·m₂))` on a core; of a wall of thickness t, `h·(2·w·m − t) = h₀·(2·r₀ − t) = K` makes
-    /// `w = (t + √(t² + 8·m·K/a))/(4·m)`.
+    /// The widest radius of this form with a height for its width and as much clay as a specification's cylinder. With h = a·w
+    /// and that cylinder's h₀ and r₀:
+    /// - on a core `h·w²·m₂ = h₀·r₀²`, so that `w = ∛(h₀·r₀²/(a·m₂))`;
+    /// - of a wall of thickness t `h·(2·w·m − t) = h₀·(2·r₀ − t) = K`, so that `w = (t + √(t² + 8·m·K/a))/(4·m)`.
     fn widest_m(self, spec: &PotSpec, relation: f32) -> f32 {
         let [mean, mean_square] = self.means(spec.shape.rows());
         let (height_m, radius_m, wall_m) = (spec.height.0, spec.radius.0, spec.wall.0);

@@ -228,8 +228,9 @@ impl SubStep {
 
     /// Advances `pot` by one step under `presses` and tells `touched` of every window that changed.
     ///
-    /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order. A tool that has moved far goes in parts, at most [`Press::PARTS_MAX`], among
-    /// which those of the others are spread; its contact is that of the last.
+    /// `touched` is called with the number of the surface and a window of it. Returns one contact a press, in order. A tool
+    /// that has moved far goes in parts, at most [`Press::PARTS_MAX`], among which those of the others are spread; its contact
+    /// is that of the last.
     pub fn advance(
         &mut self,
         pot: &mut Pot,
