@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{Quat, Vec2, Vec3};
-use pottery_shared::clay::{MethodKind, Pot, PotSpec, Press, SubStep};
-use pottery_shared::tool::{ConvexError, ConvexTool, Lattice, Pose, Sections, Shape, Sides, Sphere, Tool, rack};
+use pottery_shared::clay::{MethodKind, Pot, PotSpec, Press, SubStep, Support};
+use pottery_shared::tool::{ConvexError, ConvexTool, Lattice, Pose, Sections, Shape, Side, Sides, Sphere, Tool, rack};
 use pottery_shared::units::Metres;
 
 const COLUMNS: usize = 360;
@@ -44,7 +44,7 @@ fn main() -> Result<(), ConvexError> {
         }
     }
     println!(
-        "\nmethod   tool           elements step_ns_p50 step_ns_p99 sphere_mm sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
+        "\nmethod   side    tool           elements step_ns_p50 step_ns_p99 sphere_mm sphere_elements sphere_ns_p50 sphere_ns_p99 ratio_p50"
     );
     let tools = [
         ("rib", rack::rib()?, 12.0),
@@ -59,19 +59,34 @@ fn main() -> Result<(), ConvexError> {
         ("ball(4)", ball(4)?, 12.0),
     ];
     let rack: Arc<[ConvexTool]> = tools.iter().map(|(_, tool, _)| tool.clone()).collect();
-    for method in [MethodKind::Original, MethodKind::Plastic] {
+    for (method, side, wanted) in [
+        (MethodKind::Original, Side::Outside, &[300, 1000][..]),
+        (MethodKind::Plastic, Side::Outside, &[300, 1000]),
+        // a wall that bends is touched by no more
+        (MethodKind::Plastic, Side::Inside, &[300]),
+    ] {
         for (number, (name, _, sphere_mm)) in tools.iter().enumerate() {
-            for wanted in [300, 1000] {
-                steps(method, name, (&rack, number), *sphere_mm, wanted);
+            for wanted in wanted {
+                steps((method, side), name, (&rack, number), *sphere_mm, *wanted);
             }
         }
     }
     Ok(())
 }
 
-/// Whole steps with a tool of facets and with a sphere in turn, each on its own pot that turns under it.
-fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, usize), sphere_mm: f32, wanted: u32) {
-    let mut pots = [0, 1].map(|_| Pot::new(PotSpec::default()).expect("the default pot can be made"));
+/// Whole steps with a tool of facets and with a sphere in turn, each on its own pot that turns under it: on a core from outside, in a wall from
+/// inside.
+fn steps(
+    (method, side): (MethodKind, Side),
+    name: &str,
+    (tools, number): (&Arc<[ConvexTool]>, usize),
+    sphere_mm: f32,
+    wanted: u32,
+) {
+    let is_inside = side == Side::Inside;
+    let support = if is_inside { Support::Hollow } else { Support::Backed };
+    let spec = PotSpec { support, ..PotSpec::default() };
+    let mut pots = [0, 1].map(|_| Pot::new(spec).expect("the pot can be made"));
     let shape = pots[0].spec().shape;
     let mut substep = SubStep::with_rack(shape, Arc::clone(tools));
     let facets = Tool::Convex(Shape(number as u8));
@@ -80,14 +95,14 @@ fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, u
     let tilted = Quat::from_xyzw(0.02, 0.03, -0.7, 0.7);
     let held = |tool: Tool, step: usize, distance_m: f32| {
         let pose = pose(step, distance_m, tilted);
-        Press { orientation: pose.orientation, turning: 1, response: 0.0, ..Press::held(tool, pose.centre_m) }
+        Press { side, orientation: pose.orientation, turning: 1, response: 0.0, ..Press::held(tool, pose.centre_m) }
     };
     let mut distance_m = |tool: Tool| {
-        let (mut near_m, mut far_m) = (0.03, CLAY_M + 0.1);
+        let (mut near_m, mut far_m) = if is_inside { (0.02, CLAY_M) } else { (0.03, CLAY_M + 0.1) };
         for _ in 0..25 {
             let middle_m = (near_m + far_m) / 2.0;
             let contact = substep.advance(&mut pots[0], &[held(tool, 0, middle_m)], method, |_, _| {})[0];
-            if contact.elements > wanted { near_m = middle_m } else { far_m = middle_m }
+            if (contact.elements > wanted) != is_inside { near_m = middle_m } else { far_m = middle_m }
         }
         near_m
     };
@@ -109,8 +124,9 @@ fn steps(method: MethodKind, name: &str, (tools, number): (&Arc<[ConvexTool]>, u
         [times[PRESSES / 2], times[PRESSES * 99 / 100]]
     });
     println!(
-        "{:<8} {name:<14} {:>8} {:>11} {:>11} {sphere_mm:>9} {:>15} {:>13} {:>13} {:>9.2}",
+        "{:<8} {:<7} {name:<14} {:>8} {:>11} {:>11} {sphere_mm:>9} {:>15} {:>13} {:>13} {:>9.2}",
         format!("{method:?}"),
+        format!("{side:?}"),
         elements[0],
         own[0],
         own[1],

@@ -106,7 +106,49 @@ fn assert_cut_is_that_of_the_planes(tool: &ConvexTool, pose: &Pose, reach_m: f32
             assert!(is_beyond, "{}: left out, but inside from {first_m} to {last_m} m", place());
         }
     }
+    assert_far_side_is_that_of_the_planes(tool, pose, &planes);
     cut.iter().flatten().count()
+}
+
+/// The same of the far side, as far as it is beyond 40 mm.
+fn assert_far_side_is_that_of_the_planes(tool: &ConvexTool, pose: &Pose, planes: &[(DVec3, f64)]) {
+    const WITHIN_M: f32 = 0.04;
+    let directions = directions();
+    let mut sections = Sections::for_lattice(COLUMNS as u32, ROWS);
+    sections.cut(tool, pose, &lattice(&directions), WITHIN_M, Sides::Far);
+    let mut cut = vec![None; COLUMNS * ROWS as usize];
+    for section in sections.iter() {
+        let start = section.column as usize * ROWS as usize + section.first_row as usize;
+        assert!(section.near_m.is_empty() && section.facet.is_empty());
+        assert_eq!(section.far_facet.len(), section.far_m.len());
+        for (at, &far_m) in section.far_m.iter().enumerate() {
+            let old = cut[start + at].replace((f64::from(far_m), section.far_facet[at]));
+            assert!(old.is_none(), "an element is cut twice");
+        }
+    }
+    let reach_z = |row: u32| (row as f32 * ROW_HEIGHT_M - pose.centre_m.z).abs() <= tool.radius().0 + ROW_HEIGHT_M;
+    for (at, found) in cut.iter().enumerate() {
+        let (column, row) = (at / ROWS as usize, (at % ROWS as usize) as u32);
+        if !reach_z(row) {
+            assert!(found.is_none());
+            continue;
+        }
+        let (direction, height_m) = (directions[column], f64::from(row) * f64::from(ROW_HEIGHT_M));
+        let place = || format!("column {column}, row {row}: {found:?} in {pose:?}");
+        let hits = |out_m: f64| inside(planes, direction, height_m, out_m);
+        if let Some((far_m, facet)) = *found {
+            let Some((_, last_m)) = hits(ROUNDING_M) else { panic!("{}: the ray misses the tool", place()) };
+            assert!(far_m <= last_m + 1e-8, "{}: {last_m}", place());
+            if let Some((_, last_m)) = hits(-ROUNDING_M) {
+                assert!(last_m - 1e-8 <= far_m, "{}: {last_m}", place());
+            }
+            let (normal, distance) = planes[usize::from(facet)];
+            let hit = DVec3::new(f64::from(direction.x) * far_m, f64::from(direction.y) * far_m, height_m);
+            assert!((normal.dot(hit) - distance).abs() < 2.0 * ROUNDING_M, "{}", place());
+        } else if let Some((_, last_m)) = hits(-LEFT_OUT_M) {
+            assert!(last_m < f64::from(WITHIN_M) + LEFT_OUT_M, "{}: left out, but ends at {last_m} m", place());
+        }
+    }
 }
 
 /// The hull of a few points in general position, by trying every three of them.

@@ -346,7 +346,7 @@ impl Contacts {
             return;
         }
         self.fill_heights(simd, surface, press.centre_m.z);
-        self.list_columns(simd, surface, press, &reach);
+        self.list_columns(simd, surface, press, behind_m, &reach);
         let Self { columns, chunks, above_m, tool_m, .. } = self;
         let mut tally = Tally::new(simd);
         let ball = Ball { tool_m: *tool_m, side: press.side, behind_m };
@@ -368,7 +368,7 @@ impl Contacts {
     ///
     /// It is a pass of its own, so that what is looked at does not wait for where it stands.
     #[inline(always)]
-    fn list_columns<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, reach: &Reach) {
+    fn list_columns<S: Simd>(&mut self, simd: S, surface: &Surface, press: &Press, behind_m: f32, reach: &Reach) {
         let (shape, window, centre, tool_m) = (surface.shape(), reach.window, press.centre_m, self.tool_m);
         let column_rad = shape.column_angle_rad();
         let rows_per_m = 1.0 / surface.row_height_m();
@@ -377,11 +377,11 @@ impl Contacts {
         let chunks = i32x8::splat(simd, window.rows.div_ceil(LANES as u32) as i32);
         let (ring, lanes) =
             (i32x8::splat(simd, shape.columns() as i32), i32x8::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7]));
-        // no clay is wider, so that rows farther up or down cannot be met; a hair wider, since two that know another widest radius
-        // must find the same
-        let widest_m = match press.side {
-            Side::Outside => surface.widest_m() + 1e-6,
-            Side::Inside => f32::INFINITY,
+        // no clay is wider or narrower, so that rows farther up or down cannot be met; a hair more, since two that know another widest
+        // radius, or another narrowest one, must find the same
+        let (outwards, last_m) = match press.side {
+            Side::Outside => (1.0, surface.widest_m() + 1e-6),
+            Side::Inside => (-1.0, surface.narrowest_m() - behind_m - 1e-6),
         };
         for local in (0..window.columns).step_by(LANES) {
             let columns = lanes + (window.first_column + local) as i32;
@@ -389,7 +389,7 @@ impl Contacts {
             let [cos, sin] = directions(simd, surface, columns);
             let along_m = cos * centre.x + sin * centre.y;
             let aside_m = cos * centre.y - sin * centre.x;
-            let apart_m = (along_m - widest_m).max(zero);
+            let apart_m = ((along_m - last_m) * outwards).max(zero);
             let half_chord_m2 = splat(simd, tool_m * tool_m) - aside_m * aside_m - apart_m * apart_m;
             let half_m = half_chord_m2.max(zero).sqrt();
             // a row more on both sides

@@ -80,10 +80,10 @@ impl Contacts {
         let Some(tool) = rack.get(usize::from(shape.0)) else { return };
         let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
         let Some(turn) = pose.turn() else { return };
+        // a hair more, since two that know another widest radius, or another narrowest one, must find the same
         let (sides, reach_m, outwards) = match press.side {
-            // a hair wider, since two that know another widest radius must find the same
             Side::Outside => (Sides::Near, surface.widest_m() + 1e-6, 1.0),
-            Side::Inside => (Sides::Both, f32::MAX, -1.0),
+            Side::Inside => (Sides::Far, (surface.narrowest_m() - behind_m - 1e-6).max(0.0), -1.0),
         };
         sections.cut_with(simd, tool, &pose, &surface.lattice(), reach_m, sides);
         let extent = sections.extent();

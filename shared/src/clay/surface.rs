@@ -28,7 +28,8 @@ pub struct Surface {
     met_from: Option<Side>,
     /// How the wall bends, when nothing stands behind it.
     bending: Option<Arc<WallBending>>,
-    /// No element is or ever was wider, m.
+    /// No element is or ever was narrower or wider, m.
+    narrowest_m: f32,
     widest_m: f32,
     /// Cosine and sine of each column's angle.
     directions: Arc<[Vec2]>,
@@ -78,6 +79,7 @@ impl Surface {
             thickness_m,
             met_from: None,
             bending,
+            narrowest_m: radius_m,
             widest_m: radius_m,
             directions: directions(shape),
             radii_m: alloc::vec![radius_m; shape.elements()],
@@ -140,6 +142,11 @@ impl Surface {
         self.widest_m
     }
 
+    /// A radius that every element exceeds or has, m; not always the largest such.
+    pub(super) const fn narrowest_m(&self) -> f32 {
+        self.narrowest_m
+    }
+
     /// Distance between neighbouring rows, m.
     #[must_use]
     pub fn row_height_m(&self) -> f32 {
@@ -196,7 +203,7 @@ impl Surface {
         if !radius_m.is_nan() {
             let index = column as usize * self.shape.rows() as usize + row as usize;
             self.radii_m[index] = radius_m.clamp(self.radius_min_m, self.radius_max_m);
-            self.widest_m = self.widest_m.max(self.radii_m[index]);
+            self.note_span(self.radii_m[index], self.radii_m[index]);
         }
     }
 
@@ -219,7 +226,9 @@ impl Surface {
         };
         let ends_before_m2 = half_of_ends(radii_m);
         // one a lane, so that no element waits for the one before; an exact sum has no order
-        let (mut widest_m, mut more_m2) = ([self.widest_m; LANES], [0.0; LANES]);
+        let (mut narrowest_m, mut widest_m) = ([self.narrowest_m; LANES], [self.widest_m; LANES]);
+        let mut more_m2 = [0.0; LANES];
+        let narrower = |one_m: f32, other_m: f32| if one_m < other_m { one_m } else { other_m };
         let wider = |one_m: f32, other_m: f32| if one_m > other_m { one_m } else { other_m };
         // whole ones apart, so that a processor can work on their lanes at once
         let (whole_m, last_m) = radii_m.as_chunks_mut::<LANES>();
@@ -227,17 +236,19 @@ impl Surface {
         for (kept_m, values) in whole_m.iter_mut().zip(whole) {
             let set_m = values.map(|value| radius_m(value).clamp(low_m, high_m));
             more_m2 = core::array::from_fn(|lane| more_m2[lane] + (square(set_m[lane]) - square(kept_m[lane])));
+            narrowest_m = core::array::from_fn(|lane| narrower(set_m[lane], narrowest_m[lane]));
             widest_m = core::array::from_fn(|lane| wider(set_m[lane], widest_m[lane]));
             *kept_m = set_m;
         }
         for (lane, (kept_m, &value)) in last_m.iter_mut().zip(last).enumerate() {
             let set_m = radius_m(value).clamp(low_m, high_m);
             more_m2[lane] += square(set_m) - square(*kept_m);
+            narrowest_m[lane] = narrower(set_m, narrowest_m[lane]);
             widest_m[lane] = wider(set_m, widest_m[lane]);
             *kept_m = set_m;
         }
         let more_m2 = more_m2.iter().sum::<f64>() - (half_of_ends(radii_m) - ends_before_m2);
-        self.widest_m = widest_m.into_iter().fold(self.widest_m, wider);
+        self.note_span(narrowest_m.into_iter().fold(f32::MAX, narrower), widest_m.into_iter().fold(f32::MIN, wider));
         self.ledger.add(column, more_m2);
     }
 
@@ -255,7 +266,7 @@ impl Surface {
         let window = footprint.window();
         let rows = self.shape.rows();
         let (low, high) = (splat(simd, self.radius_min_m), splat(simd, self.radius_max_m));
-        let mut widest = splat(simd, 0.0);
+        let (mut narrowest, mut widest) = (high, low);
         for (local, column) in (0..).zip(window.grid_columns(self.shape)) {
             let (span, deltas_m) = footprint.span(local);
             let start = column as usize * rows as usize + window.first_row as usize + span.start;
@@ -265,16 +276,20 @@ impl Surface {
             for (radii, deltas) in radii.iter_mut().zip(deltas) {
                 let delta = f32x8::load_array_ref(simd, deltas);
                 let kept = moved(f32x8::load_array_ref(simd, radii), delta).max(low).min(high);
-                widest = widest.max(kept);
+                (narrowest, widest) = (narrowest.min(kept), widest.max(kept));
                 *radii = kept.to_array();
             }
             if !last_radii.is_empty() {
                 let kept = moved(load(simd, last_radii), load(simd, last_deltas)).max(low).min(high);
-                widest = widest.max(kept);
                 last_radii.copy_from_slice(&kept.to_array()[..last_radii.len()]);
+                let least_m = last_radii.iter().copied().fold(f32::MAX, f32::min);
+                (narrowest, widest) = (narrowest.min(splat(simd, least_m)), widest.max(kept));
             }
         }
-        self.widest_m = widest.to_array().into_iter().fold(self.widest_m, f32::max);
+        self.note_span(
+            narrowest.to_array().into_iter().fold(f32::MAX, f32::min),
+            widest.to_array().into_iter().fold(f32::MIN, f32::max),
+        );
     }
 
     /// Puts every radius of a window through `change`; as in [`Surface::set_radius`], the bounds hold and what is not a number
@@ -286,10 +301,11 @@ impl Surface {
         let rows = self.shape.rows() as usize;
         let (low_m, high_m) = (self.radius_min_m, self.radius_max_m);
         // one a lane, so that no element waits for the one before
-        let mut widest_m = [self.widest_m; LANES];
-        let put = |radius_m: &mut f32, widest_m: &mut f32| {
+        let mut spans_m = [(self.narrowest_m, self.widest_m); LANES];
+        let put = |radius_m: &mut f32, (narrowest_m, widest_m): &mut (f32, f32)| {
             let changed_m = change(*radius_m);
             let kept_m = if changed_m.is_nan() { *radius_m } else { changed_m.clamp(low_m, high_m) };
+            *narrowest_m = if kept_m < *narrowest_m { kept_m } else { *narrowest_m };
             *widest_m = if kept_m > *widest_m { kept_m } else { *widest_m };
             *radius_m = kept_m;
         };
@@ -297,11 +313,13 @@ impl Surface {
             let start = column as usize * rows + window.first_row as usize;
             let (eights, last) = self.radii_m[start..][..window.rows as usize].as_chunks_mut::<LANES>();
             for eight in eights {
-                eight.iter_mut().zip(&mut widest_m).for_each(|(radius_m, widest_m)| put(radius_m, widest_m));
+                eight.iter_mut().zip(&mut spans_m).for_each(|(radius_m, span_m)| put(radius_m, span_m));
             }
-            last.iter_mut().zip(&mut widest_m).for_each(|(radius_m, widest_m)| put(radius_m, widest_m));
+            last.iter_mut().zip(&mut spans_m).for_each(|(radius_m, span_m)| put(radius_m, span_m));
         }
-        self.widest_m = widest_m.into_iter().fold(self.widest_m, f32::max);
+        for (narrowest_m, widest_m) in spans_m {
+            self.note_span(narrowest_m, widest_m);
+        }
     }
 
     /// Takes the radii of `window` over from a surface of the same shape.
@@ -316,7 +334,7 @@ impl Surface {
             let range = start..start + window.rows as usize;
             self.radii_m[range.clone()].copy_from_slice(&from.radii_m[range]);
         }
-        self.widest_m = self.widest_m.max(from.widest_m);
+        self.note_span(from.narrowest_m, from.widest_m);
         self.height_m = from.height_m;
     }
 
@@ -328,7 +346,7 @@ impl Surface {
         assert_eq!(self.shape, from.shape);
         self.radii_m.copy_from_slice(&from.radii_m);
         self.ledger.copy_from(&from.ledger);
-        (self.height_m, self.widest_m) = (from.height_m, from.widest_m);
+        (self.height_m, self.narrowest_m, self.widest_m) = (from.height_m, from.narrowest_m, from.widest_m);
     }
 
     /// A skin of the same clay on another grid with radii `[columns][rows]`, m, which the bounds hold.
@@ -342,7 +360,8 @@ impl Surface {
             self.thickness_m,
             self.bending.clone(),
         );
-        (other.widest_m, other.met_from) = (self.widest_m, self.met_from);
+        (other.narrowest_m, other.widest_m) = (self.narrowest_m, self.widest_m);
+        other.met_from = self.met_from;
         for (element, &radius_m) in radii_m.iter().enumerate() {
             let (column, row) = (element / shape.rows() as usize, element % shape.rows() as usize);
             other.set_radius(column as u32, row as u32, radius_m);
@@ -405,9 +424,10 @@ impl Surface {
         &mut self.radii_m[start..][..rows]
     }
 
-    /// Takes in that elements have become so wide, m.
-    pub(super) const fn note_widest(&mut self, radius_m: f32) {
-        self.widest_m = self.widest_m.max(radius_m);
+    /// Takes in that elements have become so narrow and so wide, m.
+    pub(super) const fn note_span(&mut self, narrowest_m: f32, widest_m: f32) {
+        self.narrowest_m = self.narrowest_m.min(narrowest_m);
+        self.widest_m = self.widest_m.max(widest_m);
     }
 
     /// Volume enclosed between the skin and the axis, m³.

@@ -141,24 +141,35 @@ impl Wall<'_> {
             inner_m: bounds(self.inner),
             thinnest_m: splat(simd, PotSpec::WALL_MIN.0),
         };
-        let mut widest_m = [splat(simd, 0.0); 2];
+        let mut spans_m = [[splat(simd, f32::MAX), splat(simd, 0.0)]; 2];
         let outer_m = self.outer.run_mut(column, first_row, rows);
         let inner_m = self.inner.run_mut(column, first_row, rows);
         for at in (0..rows).step_by(LANES) {
             let skins_m = [eight(simd, outer_m, at), eight(simd, inner_m, at)];
             let skins_m = limits.moved(skins_m, &pushes(at));
-            for ((all_m, skin_m), widest_m) in
-                [&mut *outer_m, &mut *inner_m].into_iter().zip(skins_m).zip(&mut widest_m)
+            for ((all_m, skin_m), [narrowest_m, widest_m]) in
+                [&mut *outer_m, &mut *inner_m].into_iter().zip(skins_m).zip(&mut spans_m)
             {
                 *widest_m = widest_m.max(skin_m);
                 match all_m[at..].first_chunk_mut::<LANES>() {
-                    Some(eight) => *eight = skin_m.to_array(),
-                    None => all_m[at..].copy_from_slice(&skin_m.to_array()[..rows - at]),
+                    Some(eight) => {
+                        *narrowest_m = narrowest_m.min(skin_m);
+                        *eight = skin_m.to_array();
+                    }
+                    None => {
+                        let last_m = &mut all_m[at..];
+                        last_m.copy_from_slice(&skin_m.to_array()[..rows - at]);
+                        let least_m = last_m.iter().copied().fold(f32::MAX, f32::min);
+                        *narrowest_m = narrowest_m.min(splat(simd, least_m));
+                    }
                 }
             }
         }
-        for (surface, widest_m) in [&mut *self.outer, &mut *self.inner].into_iter().zip(widest_m) {
-            surface.note_widest(widest_m.to_array().into_iter().fold(0.0, f32::max));
+        for (surface, [narrowest_m, widest_m]) in [&mut *self.outer, &mut *self.inner].into_iter().zip(spans_m) {
+            surface.note_span(
+                narrowest_m.to_array().into_iter().fold(f32::MAX, f32::min),
+                widest_m.to_array().into_iter().fold(0.0, f32::max),
+            );
         }
     }
 }

@@ -78,7 +78,7 @@ pub struct Section<'a> {
     pub column: u32,
     /// Number of the first row.
     pub first_row: u32,
-    /// Radius at which the tool begins, row by row, m; zero where it holds the axis.
+    /// Radius at which the tool begins, row by row, m; zero where it holds the axis, empty unless asked for.
     pub near_m: &'a [f32],
     /// Radius at which it ends, row by row, m; empty unless asked for.
     pub far_m: &'a [f32],
@@ -92,7 +92,7 @@ pub struct Section<'a> {
 pub(crate) struct Eights<'a> {
     pub(crate) column: u32,
     pub(crate) first_row: u32,
-    /// Radius of the far side if that was asked for, or else of the near one, m; where no tool is, it is endlessly far from the
+    /// Radius of the near side if that was asked for, or else of the far one, m; where no tool is, it is endlessly far from the
     /// side that was asked for.
     pub(crate) radii_m: &'a [[f32; LANES]],
     /// Numbers of the triangles; where no tool is, of any that there are.
@@ -164,7 +164,9 @@ struct Span {
 pub enum Sides {
     /// Only the near one.
     Near,
-    /// The far one too, at about twice the time.
+    /// Only the far one.
+    Far,
+    /// Both, at about twice the time.
     Both,
 }
 
@@ -194,10 +196,11 @@ impl Sections {
         }
     }
 
-    /// Cuts the lattice with `tool` in `pose`, as far as it reaches within `reach_m` of the axis.
+    /// Cuts the lattice with `tool` in `pose`, as far as it reaches within `reach_m` of the axis; the far side alone as far as it is not
+    /// within it.
     ///
     /// With the tool's facets `n·x ≤ d` and the column's direction e, the near side at height z is the least r ≥ 0 for
-    /// which `r·e + z·k` lies in all of them. Sections thinner than 20 µm may be left out. Nothing is cut in a pose
+    /// which `r·e + z·k` lies in all of them, and the far one the largest. Sections thinner than 20 µm may be left out. Nothing is cut in a pose
     /// that is not finite.
     pub fn cut(&mut self, tool: &ConvexTool, pose: &Pose, lattice: &Lattice<'_>, reach_m: f32, sides: Sides) {
         with_vectors!(Vectors::default(), simd => self.cut_with(simd, tool, pose, lattice, reach_m, sides));
@@ -220,7 +223,8 @@ impl Sections {
         self.slots = 0;
         let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) else { return };
         self.lay_out(lattice.directions.len(), lattice.rows as usize);
-        let Some((side, first)) = cut.nearest() else { return };
+        let begun = if sides == Sides::Far { cut.farthest() } else { cut.nearest() };
+        let Some((side, first)) = begun else { return };
         let columns = lattice.directions.len();
         let mut ahead = Search { side, is_found: false, is_ahead: true, begun: None };
         let visited = self.side_by_side(simd, &cut, &mut ahead, Ring { first, is_ahead: true, count: columns });
@@ -263,7 +267,11 @@ impl Sections {
         simd.vectorize(
             #[inline(always)]
             || {
-                let slices = cut.slices(simd, columns, 1.0, cut.reach_m);
+                let is_far = cut.sides == Sides::Far;
+                // the far side is the near one of the other half of the plane; as a whole it may be within reach here and there
+                let (sense, reach_m) = if is_far { (-1.0, -cut.reach_m) } else { (1.0, cut.reach_m) };
+                let farthest_m = if is_far { f32::MAX } else { cut.reach_m };
+                let slices = cut.slices(simd, columns, sense, reach_m);
                 let crossings = slices.crossings(search.side, count, search.is_ahead);
                 let ways = slices.walk(crossings, &mut self.outline);
                 let begun = self.spans.len();
@@ -276,7 +284,7 @@ impl Sections {
                     // too thin: a tip, behind which the tool may go on
                     let way = way.as_ref();
                     search.side = way.map_or(search.side, |way| self.outline.middle_side(way));
-                    let Some(way) = way.filter(|way| way.nearest_m <= cut.reach_m) else {
+                    let Some(way) = way.filter(|way| way.nearest_m <= farthest_m) else {
                         if search.is_found {
                             break;
                         }
@@ -287,10 +295,15 @@ impl Sections {
                     search.is_found = true;
                     search.begun.get_or_insert((search.side, true));
                     visited += 1;
-                    holds_axis |= way.nearest_m < 0.0;
+                    holds_axis |= way.nearest_m < 0.0 && !is_far;
                     let rows = self.slot(self.slots);
-                    let (near_m, facet) = (&mut self.near_m[rows.clone()], &mut self.facet[rows]);
-                    let (first, end) = slices.fill(way, &self.outline, near_m, facet);
+                    let (radii_m, facets) = if is_far {
+                        (&mut self.far_m[rows.clone()], &mut self.far_facet[rows])
+                    } else {
+                        (&mut self.near_m[rows.clone()], &mut self.facet[rows])
+                    };
+                    let filled = slices.fill(way, &self.outline, radii_m, facets);
+                    let (first, end) = if is_far { in_front_of_axis(radii_m, filled) } else { filled };
                     self.spans.push(Span {
                         column: columns[lane] as u32,
                         first_row: first as u32,
@@ -317,7 +330,6 @@ impl Sections {
         simd.vectorize(
             #[inline(always)]
             || {
-                // the far side is the near one of the other half of the plane
                 let opposite = cut.slices(simd, columns, -1.0, f32::MAX);
                 let mut sides = [None; LANES];
                 for span in &self.spans[begun..] {
@@ -334,18 +346,12 @@ impl Sections {
                     let far = ways[span.lane]
                         .as_ref()
                         .map_or((0, 0), |way| opposite.fill(way, &self.outline, far_m, &mut self.far_facet[rows]));
-                    let mut first = far.0.max(span.first_row as usize);
-                    let mut end = far.1.min(span.end_row as usize);
-                    // where it ends before the axis, no part of the tool is on this side
-                    while first < end && far_m[LANES + first] > 0.0 {
-                        first += 1;
-                    }
-                    while first < end && far_m[LANES + end - 1] > 0.0 {
-                        end -= 1;
-                    }
+                    let (first, end) = in_front_of_axis(far_m, far);
+                    let first = first.max(span.first_row as usize);
+                    let end = end.min(span.end_row as usize);
                     for (near_m, far_m) in near_m.iter_mut().zip(far_m).take(LANES + end).skip(LANES + first) {
                         *near_m = near_m.max(0.0);
-                        *far_m = near_m.max(-*far_m);
+                        *far_m = near_m.max(*far_m);
                     }
                     (self.spans[number].first_row, self.spans[number].end_row) = (first as u32, end as u32);
                 }
@@ -364,7 +370,7 @@ impl Sections {
             }
             let rows = self.slot(span.slot);
             let (radii_m, facets, beyond_m) = match self.sides {
-                Some(Sides::Both) => (&mut self.far_m[rows.clone()], &mut self.far_facet[rows], f32::NEG_INFINITY),
+                Some(Sides::Far) => (&mut self.far_m[rows.clone()], &mut self.far_facet[rows], f32::NEG_INFINITY),
                 _ => (&mut self.near_m[rows.clone()], &mut self.facet[rows], f32::INFINITY),
             };
             let (first, end) = (span.first_row as usize, LANES + span.end_row as usize);
@@ -390,13 +396,14 @@ impl Sections {
             let slot = self.slot(span.slot);
             let (first, end) = (slot.start + span.first_row as usize, slot.start + span.end_row as usize);
             let rows = first + LANES..end + LANES;
-            let far_rows = if self.sides == Some(Sides::Both) { rows.clone() } else { 0..0 };
+            let near_rows = if self.sides == Some(Sides::Far) { 0..0 } else { rows.clone() };
+            let far_rows = if self.sides == Some(Sides::Near) { 0..0 } else { rows };
             Section {
                 column: span.column,
                 first_row: span.first_row,
-                near_m: &self.near_m[rows.clone()],
+                near_m: &self.near_m[near_rows.clone()],
                 far_m: &self.far_m[far_rows.clone()],
-                facet: &self.facet[rows],
+                facet: &self.facet[near_rows],
                 far_facet: &self.far_facet[far_rows],
             }
         })
@@ -405,7 +412,7 @@ impl Sections {
     /// The same, eight rows at a time.
     pub(crate) fn eights(&self) -> impl Iterator<Item = Eights<'_>> {
         let (radii_m, facets) = match self.sides {
-            Some(Sides::Both) => (&self.far_m, &self.far_facet),
+            Some(Sides::Far) => (&self.far_m, &self.far_facet),
             _ => (&self.near_m, &self.facet),
         };
         self.spans.iter().map(|span| {
@@ -432,6 +439,19 @@ impl Sections {
         let (first_column, columns) = (self.columns.0 as u32, self.columns.1 as u32);
         Extent { first_column, columns, first_row, rows: end_row - first_row }
     }
+}
+
+/// Makes some rows of a side in the other half of the plane those of a far side in this one, m, and tells which of them are in front of the
+/// axis: where none is, no part of the tool is on this side.
+fn in_front_of_axis(far_m: &mut [f32], (mut first, mut end): (usize, usize)) -> (usize, usize) {
+    far_m[LANES + first..LANES + end].iter_mut().for_each(|far_m| *far_m = -*far_m);
+    while first < end && far_m[LANES + first] < 0.0 {
+        first += 1;
+    }
+    while first < end && far_m[LANES + end - 1] < 0.0 {
+        end -= 1;
+    }
+    (first, end)
 }
 
 /// Where the search for the next column begins, and whether one in reach has been found.
@@ -544,8 +564,22 @@ impl<'a> Cut<'a> {
         }
         // beside the axis a direction is chance; the column through the tool's centre crosses it in any case
         let towards = if distance_m > AXIS_M { nearest } else { self.centre_m.truncate() };
+        Some((side, self.column_after(towards)))
+    }
+
+    /// The same with the place that is farthest away on the tool's own side of the axis; none when the whole tool is within reach.
+    fn farthest(&self) -> Option<(u16, usize)> {
+        let away = self.centre_m.truncate();
+        if root(away.length_squared()) + self.tool.radius().0 < self.reach_m {
+            return None;
+        }
+        Some((self.tool.outermost(self.in_tool(away.x, away.y)), self.column_after(away)))
+    }
+
+    /// The first column towards rising angle from a direction on.
+    fn column_after(&self, towards: Vec2) -> usize {
         let columns = self.lattice.directions.len();
         let turns = libm::atan2f(towards.y, towards.x) * (columns as f32 / core::f32::consts::TAU);
-        Some((side, (libm::ceilf(turns) as i64).rem_euclid(columns as i64) as usize))
+        (libm::ceilf(turns) as i64).rem_euclid(columns as i64) as usize
     }
 }
