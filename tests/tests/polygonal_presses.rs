@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
-use pottery_shared::clay::{Contact, GridShape, MethodKind, Pot, PotSpec, Press, SubStep};
+use pottery_shared::clay::{Contact, GridShape, MethodKind, Pot, PotSpec, Press, SubStep, Support};
 use pottery_shared::tool::{ConvexTool, Pose, Shape, Side, Sphere, Tool, rack};
 use pottery_shared::units::Metres;
 
@@ -249,6 +249,41 @@ fn scripted_run(method: MethodKind) -> (u64, f64) {
         from_m = Some(centre_m);
     }
     (pot.digest(), (before - pot.enclosed_volume_m3()) * 1e9)
+}
+
+/// A server that saw all of a session and a client that came late know other radii as the widest and the narrowest that there were: what is looked
+/// at goes by those, and what is found does not.
+#[test]
+fn clay_that_was_once_wider_and_narrower_is_pressed_alike() {
+    let tools = TOOLS.map(Tool::Convex).into_iter().chain([Tool::default()]);
+    let mut touched = 0;
+    for (tool, support) in tools.flat_map(|tool| [(tool, Support::Backed), (tool, Support::Hollow)]) {
+        for (number, side) in [Side::Outside, Side::Inside, Side::Outside, Side::Inside].into_iter().enumerate() {
+            let spec = PotSpec { support, shape: GridShape::new(180, 200).unwrap(), ..PotSpec::default() };
+            let mut pots = [0, 1].map(|_| Pot::new(spec).unwrap());
+            for surface in pots[1].surfaces_mut() {
+                for other_m in [1.0, 0.001, surface.column_m(90)[100]] {
+                    surface.set_radius(90, 100, other_m);
+                }
+            }
+            let step = number as f32;
+            let turn = Quat::from_xyzw(0.1 * step, 0.2, 0.3 - 0.1 * step, 0.9);
+            let base = held(tool.shape().unwrap_or(Shape::KNUCKLE), 0.4, 0.1, 0.003, side, MethodKind::Plastic);
+            for deeper in 0..12_u8 {
+                let out = base.centre_m.truncate().normalize().extend(0.0);
+                let way_m = 0.0005 * f32::from(deeper) * if side == Side::Outside { -1.0 } else { 1.0 };
+                let (orientation, centre_m) = (turn * base.orientation, base.centre_m + out * way_m);
+                let press = Press { tool, orientation, centre_m, ..base };
+                let contacts = pots
+                    .each_mut()
+                    .map(|pot| SubStep::for_grid(spec.shape).advance(pot, &[press], MethodKind::Plastic, |_, _| {})[0]);
+                assert_eq!(contacts[0], contacts[1], "{tool:?} {side:?} {support:?}");
+                touched += contacts[0].elements;
+            }
+            assert_eq!(pots[0].digest(), pots[1].digest(), "{tool:?} {side:?} {support:?}");
+        }
+    }
+    assert!(touched > 10_000, "only {touched} elements were touched");
 }
 
 #[test]

@@ -19,8 +19,8 @@ const LOOKS_MAX: u32 = 12;
 /// error of the force.
 const CLOSE: f64 = 1.0 / 400.0;
 /// Newton's steps of one balance, at most, and halvings of one of them.
-const STEPS_MAX: u32 = 48;
-const HALVINGS_MAX: u32 = 8;
+const STEPS_MAX: u32 = 24;
+const HALVINGS_MAX: u32 = 5;
 /// What of a balance may be left, over the deepest tool's depth.
 const LEFT: f64 = 1e-5;
 
