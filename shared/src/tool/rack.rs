@@ -118,13 +118,24 @@ fn stack(rings: &[Vec<Vec3>]) -> Result<ConvexTool, ConvexError> {
         }
     }
     if let (Some(bottom), Some(top)) = (rings.first(), rings.last()) {
-        for at in 2..bottom.len() {
-            triangles.push([bottom[0], bottom[at], bottom[at - 1]]);
-            triangles.push([top[0], top[at - 1], top[at]]);
-        }
+        let turned: Vec<Vec3> = bottom.iter().rev().copied().collect();
+        close(&turned, &mut triangles);
+        close(top, &mut triangles);
     }
     let in_metres = |corner: Vec3| corner.map(|mm| Metres::from_mm(mm).0);
     ConvexTool::new(&triangles.into_iter().map(|triangle| triangle.map(in_metres)).collect::<Vec<_>>())
+}
+
+/// Closes a ring, counter-clockwise seen from outside: by halves, so that a way across meets few triangles.
+fn close(ring: &[Vec3], triangles: &mut Vec<[Vec3; 3]>) {
+    if let [first, .., last] = ring
+        && ring.len() > 2
+    {
+        let middle = ring.len() / 2;
+        triangles.push([*first, ring[middle], *last]);
+        close(&ring[..=middle], triangles);
+        close(&ring[middle..], triangles);
+    }
 }
 
 /// An icosahedron, each facet divided into four `subdivisions` times, with the volume of the unit sphere.
