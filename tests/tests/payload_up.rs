@@ -23,7 +23,7 @@ use pottery_tests::simulation::BURSTS;
 const UP: f64 = 60.0;
 /// Ticks before and in which bytes are counted, and in which nobody presses any more.
 const WARM: u64 = 2_000;
-const COUNTED: u64 = 10_000;
+const COUNTED: u64 = 20_000;
 const QUIET: u64 = 3_000;
 
 /// From little that is lost to more than there will be.
