@@ -29,6 +29,7 @@ mod solid;
 mod substep;
 mod surface;
 mod target;
+mod unbent;
 mod wall;
 mod wheel;
 mod window;

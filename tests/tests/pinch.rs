@@ -6,7 +6,7 @@
 use std::f32::consts::PI;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use pottery_client::stroke::Stroke;
 use pottery_shared::clay::{
     Conditions, Contact, GridShape, MethodKind, Phase, Pot, PotSpec, Press, Strength, SubStep, Support, Wheel,
@@ -324,6 +324,44 @@ fn wall_bears_what_a_long_tool_does() {
         }
         // where it folds under 4 to 5 N; taken as rigid it bore 16 N
         assert!((3.0..6.5).contains(&before_n), "{z_mm} mm: {before_n} N");
+    }
+}
+
+#[test]
+fn force_of_a_long_tool_that_leans_rises_evenly_on_either_side_of_a_wall() {
+    // rib and blade with their edges upright, and leant by 4 to 20 degrees, so that they touch near an end
+    for (number, name) in [(0, "rib"), (1, "blade")] {
+        for side in [Side::Outside, Side::Inside] {
+            for leans in [0.02_f32, 0.05, 0.1] {
+                let pot = hollow(GridShape::PAPER);
+                let mut substep = SubStep::for_grid(pot.spec().shape);
+                let mut at = |distance_m: f32| {
+                    let orientation = Quat::from_xyzw(leans, 1.5 * leans, 0.0, 1.0);
+                    let press =
+                        Press { tool: Tool::Convex(Shape(number)), orientation, ..ball(5.0, side, 0.0, 0.0, 100.0) };
+                    let press = Press { centre_m: Vec3::new(distance_m, 0.0, 0.1), ..press };
+                    substep.feel_beside(&pot, &press, &[], MethodKind::Plastic)
+                };
+                let (mut off_m, mut on_m) = if side == Side::Inside { (0.0, 0.06) } else { (0.25, 0.06) };
+                for _ in 0..25 {
+                    let middle_m = 0.5 * (off_m + on_m);
+                    if at(middle_m).elements > 0 { on_m = middle_m } else { off_m = middle_m }
+                }
+                let further_m = 2e-5 * (on_m - off_m).signum();
+                let forces_n: Vec<f32> =
+                    (1..=200).map(|step| at(off_m + further_m * step as f32).force_n.length()).collect();
+                // as much as a blade meets at once with one more row of elements
+                let leap_n = forces_n.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
+                let what = format!("{name} {side:?}, leant by {leans}");
+                assert!(leap_n < 0.2, "{what}: {leap_n} N within 0.02 mm");
+                let fallen_n = forces_n.iter().fold([0.0_f32; 2], |[most_n, fallen_n], &force_n| {
+                    [most_n.max(force_n), fallen_n.max(most_n - force_n)]
+                })[1];
+                assert!(fallen_n < 0.2, "{what}: {fallen_n} N less than before");
+                // where the wall folds under 4 to 5 N
+                assert!((1.0..6.5).contains(&forces_n[199]), "{what}: {} N at 4 mm", forces_n[199]);
+            }
+        }
     }
 }
 

@@ -14,6 +14,8 @@ use super::lanes::{
     Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, SimdMask, counted, f32x8, i32x8, load, mask32x8,
     only, positive, root, splat, sum,
 };
+use super::series::GivenWay;
+use super::unbent::Unbent;
 use super::{GridShape, Press, Surface, Window};
 use crate::tool::{STEEPEST, Side, Tool};
 
@@ -90,17 +92,17 @@ impl Column {
     }
 
     /// Where its chunks stand.
-    fn chunks(&self) -> Range<usize> {
+    pub(super) fn chunks(&self) -> Range<usize> {
         self.chunks[0] as usize..self.chunks[1] as usize
     }
 
     /// Where the heights of its chunks stand, and of those above.
-    fn heights(&self) -> RangeFrom<usize> {
+    pub(super) fn heights(&self) -> RangeFrom<usize> {
         self.heights as usize..
     }
 
     /// The same column with some of its chunks alone, by their numbers from its first on, which stand at a place.
-    fn with_chunks(self, numbers: Range<u32>, at: u32) -> Self {
+    pub(super) fn with_chunks(self, numbers: Range<u32>, at: u32) -> Self {
         let first_row = self.first_row + numbers.start * LANES as u32;
         let chunks = [at + numbers.start, at + numbers.end];
         Self { first_row, heights: self.heights + numbers.start, chunks, ..self }
@@ -152,6 +154,8 @@ pub(super) struct Contacts {
     facing: Vec<[Eight; 3]>,
     /// Heights of the window's rows above the tool's centre, m.
     above_m: Vec<Eight>,
+    /// As they were found, once a wall has given way.
+    unbent: Unbent,
 }
 
 /// Room for chunks, of which the first few are in use; some belong to no column.
@@ -225,6 +229,7 @@ impl Contacts {
             chunks: Chunks { room: Vec::with_capacity(chunks), used: 0 },
             above_m: Vec::with_capacity(shape.rows() as usize / LANES + 1),
             facing: Vec::with_capacity(chunks),
+            unbent: Unbent::with_room(shape.columns() as usize, chunks),
             ..Self::default()
         }
     }
@@ -254,18 +259,23 @@ impl Contacts {
         self.is_faceted
     }
 
-    /// Puts other penetrations in the place of those there are.
-    #[inline(always)]
-    pub(super) fn replace<S: Simd>(&mut self, simd: S, penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>) {
-        let mut tally = Tally::new(simd);
-        for column in &self.columns {
-            let chunks = &mut self.chunks.room[column.chunks()];
-            for (chunk, above) in chunks.iter_mut().zip(&self.above_m[column.heights()]) {
-                let left_m = penetration_m(column, chunk, above.on(simd));
-                chunk.penetration_m = left_m.into();
-                tally.add(left_m);
-            }
+    /// Whether anything was found, and the largest penetration, m, before a wall gave way.
+    pub(super) fn found_unbent(&self) -> (bool, f32) {
+        if self.unbent.is_empty() {
+            (!self.columns.is_empty(), self.deepest_m)
+        } else {
+            (true, self.unbent.deepest_m())
         }
+    }
+
+    /// Leaves of what was found what is still touched where a wall has given way, as often as it is asked how.
+    #[inline(always)]
+    pub(super) fn leave<S: Simd>(&mut self, simd: S, way: &GivenWay) {
+        let chunks = &mut self.chunks.room[..self.chunks.used];
+        if self.unbent.is_empty() {
+            self.unbent.keep(simd, &self.columns, chunks);
+        }
+        let tally = self.unbent.leave(simd, way, &mut self.columns, chunks, &self.above_m);
         self.take(&tally);
     }
 
@@ -319,6 +329,7 @@ impl Contacts {
         self.columns.clear();
         self.chunks.used = 0;
         self.above_m.clear();
+        self.unbent.clear();
         self.is_faceted = matches!(press.tool, Tool::Convex(_));
         self.has_facing = self.is_faceted && !LEANS;
         (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());

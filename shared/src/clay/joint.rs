@@ -9,7 +9,7 @@ use core::cmp::Ordering;
 
 use glam::Vec3;
 
-use super::series::{GivenWay, Hinge, Seen, bow_per_m};
+use super::series::{GivenWay, Hinge, Seen};
 use super::{Pot, Press, WallBending};
 use crate::tool::Side;
 
@@ -23,6 +23,10 @@ const STEPS_MAX: u32 = 24;
 const HALVINGS_MAX: u32 = 5;
 /// What of a balance may be left, over the deepest tool's depth.
 const LEFT: f64 = 1e-5;
+
+/// Most by which a wall bows within a contact, over what is left of the tool's depth: under a long tool it takes the tool's shape, or the tool
+/// would stand on its ends. A bound at every place and not of the whole, so that a balance has no more than one contact to end at.
+const BOW_MAX: f64 = 0.5;
 
 /// What may be left of a depth where others push the wall against a tool, over the deepest's depth.
 const PUSHED: f64 = 4.0;
@@ -75,7 +79,6 @@ impl Standing {
 struct At {
     standing: Standing,
     patch_m: f32,
-    long_m: f32,
     one_sided: f32,
     /// By how much more one place gives way to another's load than where the wall is as thick as it was made: the product of both.
     softer: f64,
@@ -116,7 +119,7 @@ impl At {
     fn take(&mut self, seen: &Seen) {
         let (deepest_m, load_m2) = (f64::from(seen.deepest_m), f64::from(seen.load_m2));
         (self.standing.angle_rad, self.standing.z_m) = (seen.angle_rad, seen.z_m);
-        (self.patch_m, self.long_m) = (seen.patch_m, seen.long_m);
+        self.patch_m = seen.patch_m;
         if self.deepest_m.is_none() {
             // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool
             self.one_sided = seen.one_sided;
@@ -189,7 +192,8 @@ impl At {
         let local_m = self.own_per_m as f32 * net_m2 * (1.0 + self.hinge.softer(net_m2));
         GivenWay {
             depth_m: self.given_m as f32,
-            bow_per_m: bow_per_m(bending, net_m2 * softer, self.patch_m, self.long_m, self.left_m[0] as f32),
+            bow_per_m: (net_m2 * softer * bending.bow(self.patch_m)).max(0.0),
+            bow_most_m: (BOW_MAX * (self.deepest_m.unwrap_or(0.0) - self.given_m)).max(0.0) as f32,
             load_m2: self.load_m2 as f32,
             softer,
             hinge_m: self.hinge_m as f32,
@@ -209,7 +213,9 @@ pub(super) struct Joint {
     folding: Vec<f64>,
     /// Newton's matrix with its right-hand side, `[tools][tools + 1]`.
     system: Vec<f64>,
+    /// How firmly the tools pressed before a step, and where the balance was best.
     before: Vec<f64>,
+    best: Vec<f64>,
 }
 
 impl Joint {
@@ -221,6 +227,7 @@ impl Joint {
             folding: Vec::with_capacity(tools * tools),
             system: Vec::with_capacity(tools * (tools + 1)),
             before: Vec::with_capacity(tools),
+            best: Vec::with_capacity(tools),
         }
     }
 
@@ -337,14 +344,19 @@ impl Joint {
             tool.press(tool.firmly);
         }
         let mut left = self.put_on();
+        let mut least = f64::INFINITY;
         for _ in 0..STEPS_MAX {
             if left <= LEFT * most_m {
-                break;
+                return;
             }
             self.fill_system();
             solve(&mut self.system, count);
             self.before.clear();
             self.before.extend(self.tools.iter().map(|tool| tool.firmly));
+            if left < least {
+                least = left;
+                self.best.clone_from(&self.before);
+            }
             let mut share = 1.0;
             for _ in 0..=HALVINGS_MAX {
                 let steps = self.system.chunks_exact(count + 1);
@@ -359,6 +371,11 @@ impl Joint {
                 left = now;
                 share *= 0.5;
             }
+        }
+        // a step may lead away, since the way to a balance is not always downhill
+        if left > least {
+            self.tools.iter_mut().zip(&self.best).for_each(|(tool, best)| tool.press(*best));
+            self.put_on();
         }
     }
 

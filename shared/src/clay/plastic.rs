@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::bending::POISSON;
-use super::contact::{Chunk, Column, Contacts};
+use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::faceted::Cutter;
 use super::joint::{Joint, Standing};
@@ -128,18 +128,12 @@ impl PlasticCsem {
             return Contact::default();
         }
         let way = match braced {
-            Some(braced) => braced.way().taken_off(simd, &mut scratch.contacts),
+            // as it was looked at last
+            Some(braced) => braced.way(),
             None => self.bend(simd, pot, &at, &mut scratch.contacts, &mut scratch.joint),
         };
         let contacts = &scratch.contacts;
-        let met = self.meet(
-            simd,
-            &at,
-            contacts,
-            &way,
-            #[inline(always)]
-            |_, chunk, above| chunk.penetration_m.on(above.simd),
-        );
+        let met = self.meet(simd, &at, contacts, &way);
         let Some(Met { spot, pressure_pa, strain, slope, around, rim_width }) = met else {
             return Contact::default();
         };
@@ -189,18 +183,11 @@ impl PlasticCsem {
 
     /// What the clay opposes to penetrations; `None` where none is left.
     #[inline(always)]
-    fn meet<S: Simd>(
-        &self,
-        simd: S,
-        at: &At<'_>,
-        contacts: &Contacts,
-        way: &GivenWay,
-        penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
-    ) -> Option<Met> {
+    fn meet<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<Met> {
         let (ellipse, slope) = apart(
             simd,
             #[inline(always)]
-            || contact_ellipse(simd, contacts, &at.step, penetration_m),
+            || contact_ellipse(simd, contacts, &at.step),
         )?;
         let slide = Slide::of(at.press, &ellipse);
         let behind = Behind {
@@ -257,17 +244,18 @@ impl PlasticCsem {
             way = *given;
             self.seen(simd, at, bending, contacts, &Braced { found_m: 0.0, way, touched: true })
         });
-        way.taken_off(simd, contacts)
+        way
     }
 
     /// What is seen of a tool at a wall that has given way by so much more than where its contacts were found, m; nothing where none is left.
+    /// Only what is touched then is left of them.
     #[inline(always)]
     fn seen<S: Simd>(
         &self,
         simd: S,
         at: &At<'_>,
         bending: &WallBending,
-        contacts: &Contacts,
+        contacts: &mut Contacts,
         braced: &Braced,
     ) -> Option<Seen> {
         let Strength { yield_pa, youngs_pa } = at.press.strength;
@@ -275,15 +263,17 @@ impl PlasticCsem {
         simd.vectorize(
             #[inline(always)]
             || {
-                let (met, [carried, all]) = self.rest(simd, at, contacts, &braced.way())?;
+                let way = braced.way();
+                contacts.leave(simd, &way);
+                let met = self.meet(simd, at, contacts, &way)?;
+                let [carried, all] = radial(simd, at.press, &met.spot, contacts);
                 let ellipse = &met.spot.ellipse;
                 Some(Seen {
                     load_m2: carried * (met.pressure_pa * at.step.element_rad_m) / youngs_pa,
-                    deepest_m: contacts.deepest_m + braced.found_m,
+                    deepest_m: contacts.found_unbent().1 + braced.found_m,
                     angle_rad: contacts.angle_rad,
                     z_m: at.press.centre_m.z + ellipse.above_m,
                     patch_m: ellipse.mean_half_m(),
-                    long_m: ellipse.half_arc_m.max(ellipse.half_height_m),
                     one_sided: ((carried / all - HELD) / (ONE_SIDED - HELD)).clamp(0.0, 1.0),
                     hinge,
                     fold_m: hinge.fold_m2 * bending.fold_compliance(at.press.centre_m.z),
@@ -325,8 +315,8 @@ impl PlasticCsem {
             }
             let braced = scratch.braced.as_mut()?;
             braced.way = *way;
-            let contacts = &scratch.contacts;
-            if contacts.elements == 0 {
+            let contacts = &mut scratch.contacts;
+            if !contacts.found_unbent().0 {
                 return None;
             }
             braced.touched = true;
@@ -337,21 +327,6 @@ impl PlasticCsem {
             let braced = &mut footprint.scratch.braced;
             *braced = braced.filter(|braced| braced.touched);
         }
-    }
-
-    /// What the clay opposes to what is left of the penetrations after a wall has given way, and what [`radial`] says of it.
-    #[inline(always)]
-    fn rest<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<(Met, [f32; 2])> {
-        let met = self.meet(
-            simd,
-            at,
-            contacts,
-            way,
-            #[inline(always)]
-            |column, chunk, above| way.rest(column, chunk, above),
-        )?;
-        let carried = radial(simd, at.press, &met.spot, contacts, way);
-        Some((met, carried))
     }
 }
 
@@ -449,19 +424,14 @@ const fn outwards(side: Side) -> f32 {
 
 /// The contact, and the tool's slope at its edge: `√(2·mean slope²)`, which is a/R for a sphere.
 #[inline(always)]
-fn contact_ellipse<S: Simd>(
-    simd: S,
-    contacts: &Contacts,
-    step: &Step,
-    penetration_m: impl Fn(&Column, &Chunk, f32x8<S>) -> f32x8<S>,
-) -> Option<(Ellipse, f32)> {
+fn contact_ellipse<S: Simd>(simd: S, contacts: &Contacts, step: &Step) -> Option<(Ellipse, f32)> {
     let mut moments = Moments::new(simd);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let mut slopes = zero;
     for stretch in contacts.stretches() {
         for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
-            let touched = (penetration_m(stretch.column, chunk, above) * (1.0 / EDGE_M)).max(zero).min(one);
+            let touched = (chunk.penetration_m.on(simd) * (1.0 / EDGE_M)).max(zero).min(one);
             let weight = touched * radius;
             let (aside, up) = (chunk.aside.on(simd), chunk.up.on(simd));
             slopes += weight * (up * up + aside * aside);
@@ -633,9 +603,9 @@ fn yields<S: Simd>(
 }
 
 /// Sums of share·area·(the normal's part along the tool's own ray, away from the clay) and of share·area, over the area of an element at
-/// radius 1, after a wall has given way.
+/// radius 1.
 #[inline(always)]
-fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way: &GivenWay) -> [f32; 2] {
+fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> [f32; 2] {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let [mut x, mut y, mut all] = [zero; 3];
     let bed = spot.bed();
@@ -645,7 +615,7 @@ fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts, way
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
         for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
-            let depth = way.rest(stretch.column, chunk, above);
+            let depth = chunk.penetration_m.on(simd);
             let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
             let carried = (depth / elastic).min(one) * shape * (radius - depth * outwards);
             ahead_sum += carried;

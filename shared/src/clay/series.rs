@@ -3,21 +3,18 @@
 //! Owns the shape in which it gives way and the law by which it yields; the balance of tools and wall is `joint`'s.
 //! Invariant: a wall never gives way by less than nothing, and no depth that is left is more than there was.
 
-use super::WallBending;
-use super::contact::{Chunk, Column, Contacts};
+use super::contact::Column;
 use super::lanes::{Simd, SimdBase, f32x8, splat};
 
-/// Most by which a wall bows within a contact, over what is left of the tool's depth: under a long tool it takes the tool's shape, or the tool
-/// would stand on its ends.
-const BOW_MAX: f32 = 0.5;
-
-/// How far the wall gives way under a tool: `depth − bow·s²` at the distance s from it.
+/// How far the wall gives way under a tool: `depth − min(bow·s², most)` at the distance s from it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GivenWay {
     /// m.
     pub(super) depth_m: f32,
     /// 1/m.
     pub(super) bow_per_m: f32,
+    /// m.
+    pub(super) bow_most_m: f32,
     /// Force on the wall over Young's modulus, m².
     pub(super) load_m2: f32,
     /// By how much more it gives way there than a wall as thick as it was made.
@@ -50,24 +47,16 @@ pub(super) struct Seen {
     pub(super) load_m2: f32,
     /// How deep the tool would be if the wall had not given way, m; less than nothing where others push the wall against it.
     pub(super) deepest_m: f32,
-    /// Where the contact is, rad and m, its radius and its longer half axis, m.
+    /// Where the contact is, rad and m, and its radius, m.
     pub(super) angle_rad: f32,
     pub(super) z_m: f32,
     pub(super) patch_m: f32,
-    pub(super) long_m: f32,
     /// How far the load is from one side, from nothing to 1.
     pub(super) one_sided: f32,
     /// When the wall yields.
     pub(super) hinge: Hinge,
     /// How far an elastic wall would give way to the force at which it folds, m, whatever the contact is.
     pub(super) fold_m: f32,
-}
-
-/// How much less a wall gives way at a distance from a load, over its square, 1/m: within a contact with a longer half axis, m, of which so much
-/// is left.
-pub(super) fn bow_per_m(bending: &WallBending, load_m2: f32, patch_m: f32, long_m: f32, left_m: f32) -> f32 {
-    let most_per_m = BOW_MAX * left_m.max(0.0) / (long_m * long_m).max(f32::MIN_POSITIVE);
-    (load_m2 * bending.bow(patch_m)).min(most_per_m).max(0.0)
 }
 
 /// How a wall yields where it bends most: it gives way by `C·L·(1 + α·(L/P)⁶)` under the load L, with an elastic wall's compliance
@@ -134,23 +123,23 @@ impl Braced {
 }
 
 impl GivenWay {
-    /// What is left of a chunk's penetration, m.
-    #[inline(always)]
-    pub(super) fn rest<S: Simd>(&self, column: &Column, chunk: &Chunk, above: f32x8<S>) -> f32x8<S> {
-        let simd = above.simd;
-        let arc = chunk.radius_m.on(simd) * column.angle_rad;
-        let given = splat(simd, self.depth_m) - (arc * arc + above * above) * self.bow_per_m;
-        (chunk.penetration_m.on(simd) - given.max(splat(simd, 0.0))).max(splat(simd, 0.0))
+    /// No place gives way by less, m.
+    pub(super) fn least_m(&self) -> f32 {
+        self.depth_m - self.bow_most_m
     }
 
-    /// Takes itself off the penetrations.
+    /// What is left of penetrations, m, in a column at radii and heights above the tool's centre, m.
     #[inline(always)]
-    pub(super) fn taken_off<S: Simd>(self, simd: S, contacts: &mut Contacts) -> Self {
-        contacts.replace(
-            simd,
-            #[inline(always)]
-            |column, chunk, above| self.rest(column, chunk, above),
-        );
-        self
+    pub(super) fn rest<S: Simd>(
+        &self,
+        column: &Column,
+        [radius, above]: [f32x8<S>; 2],
+        penetration_m: f32x8<S>,
+    ) -> f32x8<S> {
+        let simd = above.simd;
+        let arc = radius * column.angle_rad;
+        let bow = ((arc * arc + above * above) * self.bow_per_m).min(splat(simd, self.bow_most_m));
+        let given = splat(simd, self.depth_m) - bow;
+        (penetration_m - given.max(splat(simd, 0.0))).max(splat(simd, 0.0))
     }
 }
