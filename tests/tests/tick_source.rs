@@ -38,7 +38,7 @@ const ELSEWHERE: [&str; 6] = [
 ];
 
 /// Functions in the others that are beside the tick.
-const BESIDE: [(&str, &[&str]); 19] = [
+const BESIDE: [(&str, &[&str]); 20] = [
     // before the first tick and after the last
     ("client/src/haptic_loop.rs", &["new", "histogram"]),
     ("client/src/boundary.rs", &["boundary"]),
@@ -77,6 +77,7 @@ const BESIDE: [(&str, &[&str]); 19] = [
     ("shared/src/clay/schedule.rs", &["new"]),
     ("shared/src/clay/substep.rs", &["with_rack", "using", "rack"]),
     ("shared/src/clay/surface.rs", &["cylinder", "with_radii", "untouched", "directions"]),
+    ("shared/src/clay/unbent.rs", &["with_room"]),
     ("shared/src/clay/wheel.rs", &["starting_at"]),
     ("shared/src/clay/window.rs", &["for_grid"]),
     ("shared/src/tool/convex.rs", &["new", "find_outermost", "normals"]),

@@ -71,10 +71,10 @@ impl Unbent {
             if deepest_m <= least_m {
                 continue;
             }
-            let room = column.chunks();
-            let found_m = self.penetrations_m[room.clone()].iter().zip(&above_m[column.heights()]);
-            let (at, mut first, mut end) = (room.start as u32, u32::MAX, 0);
-            for (number, (chunk, (found_m, above))) in (0..).zip(chunks[room].iter_mut().zip(found_m)) {
+            let chunks = &mut chunks[column.chunks()];
+            let found_m = self.penetrations_m[column.chunks()].iter().zip(&above_m[column.heights()]);
+            let (at, mut first, mut end) = (column.chunks().start as u32, u32::MAX, 0);
+            for (number, (chunk, (found_m, above))) in (0..).zip(chunks.iter_mut().zip(found_m)) {
                 let left_m = way.rest(&column, [chunk.radius_m.on(simd), above.on(simd)], found_m.on(simd));
                 chunk.penetration_m = left_m.into();
                 if tally.add(left_m) {
