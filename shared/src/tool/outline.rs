@@ -265,8 +265,7 @@ impl<'a, S: Simd> Slices<'a, S> {
         outline.note(middle, begun, self.rows_below(begun[1]), u32x8::load_array(simd, above));
         let mut up = Going::new(simd, above, ends, begun, walks);
         let mut down = Going::new(simd, sides.map(u32::from), ends, begun, walks);
-        self.go_on::<true>(&mut up, outline);
-        self.go_on::<false>(&mut down, outline);
+        self.go_on(&mut up, &mut down, outline);
         let slack = splat(simd, self.slack_rows);
         let extends = (up.outermost - begun[1]).simd_gt(slack) | (begun[1] - down.outermost).simd_gt(slack);
         let extends = (extends & walks).to_bitmask();
@@ -278,12 +277,19 @@ impl<'a, S: Simd> Slices<'a, S> {
         })
     }
 
-    /// Goes on to the next sides, up or down, for as long as anything more is wanted in any half-plane.
+    /// Goes on to the next sides, for as long as anything more is wanted in any half-plane: up and down by turns, since a step waits for the
+    /// one before it and not for those of the other way.
     #[inline(always)]
-    fn go_on<const UP: bool>(&self, going: &mut Going<S>, outline: &mut Outline) {
+    fn go_on(&self, up: &mut Going<S>, down: &mut Going<S>, outline: &mut Outline) {
         for step in 1..=outline.middle() {
-            self.go::<UP>(going, step, outline);
-            if !going.goes() {
+            let [goes_up, goes_down] = [up.goes(), down.goes()];
+            if goes_up {
+                self.go::<true>(up, step, outline);
+            }
+            if goes_down {
+                self.go::<false>(down, step, outline);
+            }
+            if !(goes_up || goes_down) {
                 break;
             }
         }
