@@ -1,6 +1,6 @@
 //! Prints the digest of a fixed run for every method: the same on every machine and with whatever vectors it has.
 //!
-//! Owns the run; what its digests are is pinned by `tests/tests/golden.rs`, which builds this for several processors.
+//! Owns the run; what its digests are is pinned by `tests/tests/clay/golden.rs`, which builds this for several processors.
 //! Invariant: no figure of the run comes from the host's own functions, whose last bits differ.
 
 use pottery_shared::clay::{

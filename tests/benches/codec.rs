@@ -1,7 +1,7 @@
 //! What the clay of one wheel costs on its way: a snapshot's change, what was pressed, and a keyframe, written and read.
 //!
 //! Measures, asserts nothing. Run it with `cargo bench -p pottery-tests --bench codec`. One hand that never rests, for ten seconds at
-//! 60 rpm, as deep as a hand of 3.3 N comes and then deeper, at the depths of `tests/tests/payload.rs`; each snapshot is written and read in turn, and rounded by a second author that tells nobody, so that what the
+//! 60 rpm, as deep as a hand of 3.3 N comes and then deeper, at the depths of `tests/tests/room/payload.rs`; each snapshot is written and read in turn, and rounded by a second author that tells nobody, so that what the
 //! codec takes is told apart from what the clay takes.
 
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! What the window says, in the person's language.
 //!
 //! Owns the languages and their messages (`words/*.ftl`, in Project Fluent's syntax); knows no window.
-//! Invariant: every language has every message with the same variables, which `tests/tests/words.rs` compares.
+//! Invariant: every language has every message with the same variables, which `tests/tests/house/words.rs` compares.
 
 use fluent_bundle::{FluentArgs, FluentBundle, FluentResource, FluentValue};
 use serde::{Deserialize, Serialize};

@@ -44,7 +44,7 @@ const FOLD_REACH: f32 = 1.65;
 /// A load on a disc of radius a sinks less than a point load, by a plate's `F·a²/(16πD)·(ln(ℓ/a) + ¼)`
 /// (Timoshenko and Woinowsky-Krieger 1959), `ℓ = 4.5·√(R·t)`.
 ///
-/// The bottom is taken as part of the wheel head. `tests/tests/bending.rs` holds the wall to another solver, to a long ring and to
+/// The bottom is taken as part of the wheel head. `tests/tests/clay/bending.rs` holds the wall to another solver, to a long ring and to
 /// the finite-element reference.
 #[derive(Clone, Debug)]
 pub struct WallBending {

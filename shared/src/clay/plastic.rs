@@ -67,7 +67,7 @@ const HELD: f32 = 0.8;
 ///   share b of its load is as on a core in the middle of the wall: a/t stands for `2·b·a/t`. With what yields the wall's other skin goes along by
 ///   `5.66·(F/F₀ − 0.468)`, from nothing to all of it.
 ///
-/// `tests/tests/reference.rs`, `tests/tests/hollow.rs` and `tests/tests/pinch.rs` hold it to the finite-element dents.
+/// `tests/tests/clay/reference.rs`, `tests/tests/clay/hollow.rs` and `tests/tests/clay/pinch.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlasticCsem {
     /// Its constants.

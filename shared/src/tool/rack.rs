@@ -2,7 +2,7 @@
 //!
 //! The measures are round ones of common tools, of no particular make. As an [`super::Orientation`] of zero holds them:
 //! width lies along x with the working edge at its lower end, towards the axis; thickness along y, length along z.
-//! Invariant: every tool here passes the checks of [`ConvexTool::new`]; `tests/tests/polygonal_tools.rs` holds them to
+//! Invariant: every tool here passes the checks of [`ConvexTool::new`]; `tests/tests/clay/polygonal_tools.rs` holds them to
 //! their measures.
 
 use alloc::boxed::Box;

@@ -3,7 +3,8 @@
 //! A real window on a virtual display, driven by mouse and keys, and drawn in software: a graphics card's rounding is not the
 //! reference's. The wheel stands still and the clay is fired, which does not dry; nothing is looked at before the window has come to rest,
 //! when it has every pixel on any machine, and no time is measured.
-//! After a change that is meant to be seen, `POTTERY_WRITE_PICTURES=1 cargo test -p pottery-tests --test screenshots` writes them anew.
+//! After a change that is meant to be seen, `POTTERY_WRITE_PICTURES=1 cargo test -p pottery-tests --test window screenshots` writes them
+//! anew.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -26,7 +26,6 @@ use pottery_shared::units::Tick;
 use pottery_tests::programs::folder;
 use serde_json::{Value, json};
 
-#[path = "protocol_document/chains.rs"]
 mod chains;
 
 fn shared(name: &str) -> PathBuf {

@@ -391,7 +391,7 @@ fn other_clay_is_found_at_the_first_snapshot() {
 
 #[test]
 fn file_of_version_1_is_read_for_good() {
-    let bytes = include_bytes!("../data/sessions/version-1.session");
+    let bytes = include_bytes!("../../data/sessions/version-1.session");
     let recording = Recording::open(Cursor::new(&bytes[..])).unwrap();
     assert!(recording.is_whole() && recording.wheels() == 2 && recording.writer() == "pottery-0.1.0");
     let (first, last) = recording.span(0).unwrap();

@@ -385,11 +385,8 @@ fn refusing(refusal: Refusal) -> (SocketAddr, tokio::runtime::Runtime) {
 #[test]
 fn who_is_refused_for_one_reason_is_told_it_and_does_not_wait_for_the_end_of_the_run() {
     let version = Refusal::Version { server: VERSION + 1, client: VERSION };
-    for (refusal, words) in [
-        (version, vec![format!("version {}", VERSION + 1), format!("this program version {VERSION}"), "update".into()]),
-        (Refusal::Locked, vec!["locked".into()]),
-        (Refusal::Code, vec!["not the code".into()]),
-    ] {
+    let newer = vec![format!("version {}", VERSION + 1), format!("this program version {VERSION}"), "update".into()];
+    let tell = |refusal, words: Vec<String>| {
         let (address, _serving) = refusing(refusal);
         let address = address.to_string();
         let arguments = ["--server", &address, "--code", "K7QM-3XPD", "--potters", "3", "--duration", "3000"];
@@ -398,5 +395,11 @@ fn who_is_refused_for_one_reason_is_told_it_and_does_not_wait_for_the_end_of_the
         assert!(!done.status.success() && done.status.code() != Some(99), "{said}");
         let line = said.lines().find(|line| line.contains("nobody could come in")).unwrap_or_else(|| panic!("{said}"));
         assert!(words.iter().all(|word| line.contains(word.as_str())), "{line}");
-    }
+    };
+    // each of them waits for most of its time, and so they do at once
+    std::thread::scope(|threads| {
+        threads.spawn(|| tell(version, newer));
+        threads.spawn(|| tell(Refusal::Locked, vec!["locked".into()]));
+        threads.spawn(|| tell(Refusal::Code, vec!["not the code".into()]));
+    });
 }

@@ -14,7 +14,7 @@ use pottery_tests::dent::{Dent, Dented};
 use pottery_tests::fit::{dents, misfits, walls};
 use pottery_tests::reference::ForceCurve;
 
-const FORCE: &str = include_str!("../data/reference/A_depth_force.csv");
+const FORCE: &str = include_str!("../../data/reference/A_depth_force.csv");
 
 fn spec(shape: GridShape) -> PotSpec {
     PotSpec { shape, support: Support::Hollow, ..PotSpec::default() }

@@ -19,7 +19,7 @@ use pottery_tests::dent::{Dent, Dented};
 use pottery_tests::reference::ForceCurve;
 use proptest::prelude::*;
 
-const FORCE: &str = include_str!("../data/reference/F_depth_force.csv");
+const FORCE: &str = include_str!("../../data/reference/F_depth_force.csv");
 
 fn hollow(shape: GridShape) -> Pot {
     Pot::new(PotSpec { shape, support: Support::Hollow, ..PotSpec::default() }).unwrap()

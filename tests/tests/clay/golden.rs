@@ -7,7 +7,7 @@ use std::process::Command;
 
 use pottery_shared::clay::{MethodKind, PotError, Vectors};
 
-#[path = "../../shared/examples/golden.rs"]
+#[path = "../../../shared/examples/golden.rs"]
 #[expect(dead_code, reason = "its main is run as a program of its own")]
 mod golden;
 

@@ -9,7 +9,7 @@ use pottery_tests::chart::cases::{Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
 use pottery_tests::reference::{ForceCurve, Profile};
 
-const FORCE: &str = include_str!("../data/reference/B_depth_force.csv");
+const FORCE: &str = include_str!("../../data/reference/B_depth_force.csv");
 
 fn dent(method: MethodKind, depth_mm: u32, release: bool, shape: GridShape) -> Dent {
     Dent {

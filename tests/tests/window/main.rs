@@ -1,0 +1,16 @@
+//! Pictures and windows, and the programs as a person starts them.
+
+mod crossing;
+mod device_fitting;
+mod force;
+mod gallery;
+mod guided;
+mod looking_on;
+mod picture;
+mod preferences;
+mod render;
+mod screenshots;
+mod sound;
+mod studio;
+mod teacher;
+mod water;
