@@ -15,7 +15,7 @@ use pottery_server::{Server, ServerConfig};
 use pottery_shared::haptics::{Guidance, GuidanceMode};
 use pottery_shared::protocol::{ClassWire, GuidanceEnd, Presence, Refusal, WheelInfo};
 use pottery_shared::session::ClientError;
-use pottery_shared::units::Tick;
+use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::display::Display;
 
 /// How long anything takes at most; reached only when something is wrong.
@@ -65,7 +65,9 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
     runtime.block_on(async {
         let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-        let server = Server::start(ServerConfig { listen, wheels: 2, ..ServerConfig::default() }).unwrap();
+        // a wheel that stands still is drawn no more often than something changes
+        let config = ServerConfig { listen, wheels: 2, wheel_speed: Rpm(0.0), ..ServerConfig::default() };
+        let server = Server::start(config).unwrap();
         let at = |wheel| Target::new(server.address().to_string(), server.code().clone(), wheel);
         let token = *server.teacher_token().unwrap();
         let (_own, witness) = sit(&Target { teacher: Some(token), ..at(2) }).await.unwrap();
@@ -96,6 +98,10 @@ fn every_button_of_the_lesson_does_at_the_server_what_it_says() {
         window.press("trim");
         window.press("As mine");
         until(&witness, "wheel 2 turns as the window's", |view| rpm(view) == 120.0).await;
+        for potter in [&witness, &student] {
+            assert!(potter.command(Command::WheelSpeed(Rpm(0.0))));
+            until(potter, "the wheel stands still again", |view| rpm(view) == 0.0).await;
+        }
 
         window.press("Close");
         until(&witness, "wheel 2 is closed", |view| wheels(view, |info| info.is_open, [true, false])).await;
