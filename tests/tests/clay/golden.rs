@@ -9,7 +9,7 @@ use pottery_shared::clay::{MethodKind, PotError, Vectors};
 
 #[path = "../../../shared/examples/golden.rs"]
 #[expect(dead_code, reason = "its main is run as a program of its own")]
-mod golden;
+mod run;
 
 /// Pinned on x86-64: nothing but IEEE operations and libm's own code makes a radius.
 const PINNED: [u64; 3] = [0x0515_2ca1_9e46_3ec7, 0xd949_08a0_b6e0_0458, 0x3daf_771e_fdff_6bb9];
@@ -23,9 +23,9 @@ const PINNED_HOLLOW: [u64; 3] = [0x6b2b_2969_4150_44eb, 0xe185_cb20_5c2c_7054, 0
 /// A run of each kind: what it is called, what it gives and what is pinned.
 type Run = (&'static str, fn(MethodKind, Vectors) -> Result<(u64, f64), PotError>, [u64; 3]);
 const RUNS: [Run; 3] = [
-    ("", golden::run, PINNED),
-    (" with a rib", golden::run_rib, PINNED_RIB),
-    (" on a hollow pot", golden::run_hollow, PINNED_HOLLOW),
+    ("", run::run, PINNED),
+    (" with a rib", run::run_rib, PINNED_RIB),
+    (" on a hollow pot", run::run_hollow, PINNED_HOLLOW),
 ];
 
 /// Clay that a run moves at least, mm³: the digest of a pot that nobody touched would pin nothing.
@@ -34,8 +34,8 @@ const MOVED_MIN_MM3: f64 = 500.0;
 #[test]
 fn fixed_runs_give_the_pinned_pots() {
     for (name, run, pinned) in RUNS {
-        let found = golden::METHODS.map(|method| run(method, Vectors::default()).unwrap());
-        for (method, (digest, moved_mm3)) in golden::METHODS.iter().zip(found) {
+        let found = run::METHODS.map(|method| run(method, Vectors::default()).unwrap());
+        for (method, (digest, moved_mm3)) in run::METHODS.iter().zip(found) {
             println!("{method:?}{name}: {digest:#018x}, {moved_mm3:.0} mm³ moved");
             assert!(moved_mm3 > MOVED_MIN_MM3, "{method:?}{name}: {moved_mm3} mm³");
         }
@@ -47,7 +47,7 @@ fn fixed_runs_give_the_pinned_pots() {
 #[test]
 fn the_narrowest_vectors_give_the_same_bits() {
     for (name, run, pinned) in RUNS {
-        for (method, pinned) in golden::METHODS.into_iter().zip(pinned) {
+        for (method, pinned) in run::METHODS.into_iter().zip(pinned) {
             assert_eq!(run(method, Vectors::baseline()).unwrap().0, pinned, "{method:?}{name}");
         }
     }
@@ -69,7 +69,7 @@ fn this_machines_widest_vectors_give_the_same_bits() {
     let said = String::from_utf8_lossy(&built.stdout);
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     for (name, _, pinned) in RUNS {
-        for (method, pinned) in golden::METHODS.iter().zip(pinned) {
+        for (method, pinned) in run::METHODS.iter().zip(pinned) {
             assert!(said.contains(&format!("{method:?}{name} {pinned:#018x},")), "{said}");
         }
     }
