@@ -20,7 +20,7 @@ const LOOKS_MAX: u32 = 12;
 const CLOSE: f64 = 1.0 / 400.0;
 /// Newton's steps of one balance, at most, and halvings of one of them.
 const STEPS_MAX: u32 = 24;
-const HALVINGS_MAX: u32 = 5;
+const HALVINGS_MAX: u32 = 8;
 /// What of a balance may be left, over the deepest tool's depth.
 const LEFT: f64 = 1e-5;
 
@@ -97,14 +97,18 @@ struct At {
     left_m: [f64; 2],
     load_m2: f64,
     slope_m2: f64,
-    /// By how much too deep it is then, m.
+    /// By how much too deep it is then, m; by how much more it bears than the wall does that has given way so far, as an elastic wall's depth, m; and
+    /// the part of a change of the first that is one of the second.
     over_m: f64,
+    excess_m: f64,
+    elastic: f64,
     /// How far the wall gives way under it, m, and its share of what one that does not yield would not.
     given_m: f64,
     hinge_m: f64,
-    /// The same at the last look, by how much more it bore there than it should have, m², and the share of the way to what the balance says that is
-    /// gone: half as much wherever that turns round.
+    /// How far it had given way at the last look and the load under which it folded, by how much more the tool bore there than it should have, m², and the
+    /// share of the way to what the balance says that is gone: half as much wherever that turns round.
     looked_m: f64,
+    looked_net_m2: f64,
     missed_m2: f64,
     share: f64,
     /// See [`GivenWay::layer_per_m`].
@@ -186,6 +190,13 @@ impl At {
         self.slope_m2 = of_load * self.load_m2 / firmly;
     }
 
+    /// Goes to a look its share of the way to where the balance says that the wall gives way, and how much it folds there.
+    fn approach(&mut self) {
+        self.given_m = self.looked_m + self.share * (self.given_m - self.looked_m);
+        self.net_m2 = self.looked_net_m2 + self.share * (self.net_m2 - self.looked_net_m2);
+        (self.looked_m, self.looked_net_m2) = (self.given_m, self.net_m2);
+    }
+
     /// How the wall gives way under it, to be looked at.
     fn way(&self, bending: &WallBending) -> GivenWay {
         let (net_m2, softer) = (self.net_m2 as f32, (self.softer * self.softer) as f32);
@@ -238,7 +249,8 @@ impl Joint {
     /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
     /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁶)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
     /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
-    /// balance does. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
+    /// balance does. Its steps are taken for the load that a wall bears which has given way so far: for how far it gives way under a load, they lead orders of
+    /// magnitude beyond where it folds, and come back by a seventh at a time. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
     pub(super) fn settle(
         &mut self,
         bending: &WallBending,
@@ -273,12 +285,14 @@ impl Joint {
             self.answers(bending);
             self.balance();
             for number in 0..self.tools.len() {
-                self.tools[number].layer_per_m = self.layer_per_m(bending, number);
+                let now = self.layer_per_m(bending, number);
+                let tool = &mut self.tools[number];
+                tool.layer_per_m += tool.share as f32 * (now - tool.layer_per_m);
             }
             let most_m2 = self.tools.iter().map(|tool| tool.load_m2).fold(0.0, f64::max);
             let mut is_found = true;
             for tool in &mut self.tools {
-                tool.given_m = tool.looked_m + tool.share * (tool.given_m - tool.looked_m);
+                tool.approach();
                 let way = tool.way(bending);
                 let borne_m2 = tool.load_m2;
                 match look(tool.standing.number, &way).filter(|seen| seen.load_m2 > 0.0) {
@@ -288,7 +302,7 @@ impl Joint {
                 let missed_m2 = tool.load_m2 - borne_m2;
                 let turns = missed_m2 * tool.missed_m2 < 0.0;
                 tool.share = if turns { 0.5 * tool.share } else { (1.5 * tool.share).min(1.0) };
-                (tool.missed_m2, tool.looked_m) = (missed_m2, tool.given_m);
+                tool.missed_m2 = missed_m2;
                 is_found &= missed_m2.abs() <= CLOSE * most_m2;
             }
             if is_found {
@@ -343,7 +357,7 @@ impl Joint {
             tool.begin(PUSHED * most_m);
             tool.press(tool.firmly);
         }
-        let mut left = self.put_on();
+        let (mut left, mut excess) = self.put_on();
         let mut least = f64::INFINITY;
         for _ in 0..STEPS_MAX {
             if left <= LEFT * most_m {
@@ -357,18 +371,16 @@ impl Joint {
                 least = left;
                 self.best.clone_from(&self.before);
             }
-            let mut share = 1.0;
+            let (excess_before, mut share) = (excess, 1.0);
             for _ in 0..=HALVINGS_MAX {
                 let steps = self.system.chunks_exact(count + 1);
                 for ((tool, before), row) in self.tools.iter_mut().zip(&self.before).zip(steps) {
                     tool.press(before - share * row[count]);
                 }
-                let now = self.put_on();
-                if now < left * (1.0 - 0.1 * share) {
-                    left = now;
+                (left, excess) = self.put_on();
+                if excess < excess_before * (1.0 - 0.1 * share) {
                     break;
                 }
-                left = now;
                 share *= 0.5;
             }
         }
@@ -379,11 +391,11 @@ impl Joint {
         }
     }
 
-    /// Lets what is left of the depths load the wall; the most by which a depth is then not what it should be, m.
-    fn put_on(&mut self) -> f64 {
+    /// Lets what is left of the depths load the wall; the most by which a depth is then not what it should be, m, and a load, as an elastic wall's depth.
+    fn put_on(&mut self) -> (f64, f64) {
         let Self { tools, between_per_m, folding, .. } = self;
         let count = tools.len();
-        let mut most_m = 0.0;
+        let (mut most_m, mut excess_m) = (0.0, 0.0);
         for number in 0..count {
             let [per_m, cone] = [&*between_per_m, &*folding].map(|square| &square[number * count..][..count]);
             let (mut bent_m, mut net_m2, mut all_m2) = (0.0, 0.0, 0.0);
@@ -400,10 +412,18 @@ impl Joint {
             tool.hinge_m = if all_m2 > 0.0 { tool.standing.sign * more_m * tool.load_m2 / all_m2 } else { 0.0 };
             if let Some(deepest_m) = tool.deepest_m {
                 tool.over_m = tool.left_m[0] + tool.given_m - deepest_m;
-                most_m = f64::max(most_m, tool.over_m.abs());
+                (tool.excess_m, tool.elastic) = (tool.over_m, 1.0);
+                let own_per_m = per_m[number];
+                if own_per_m > 0.0 {
+                    let elastic_m = tool.standing.sign * (deepest_m - tool.left_m[0]) - bent_m + own_m;
+                    let bears_m2 = tool.hinge.load_m2((elastic_m / own_per_m) as f32);
+                    tool.excess_m = tool.standing.sign * (own_m - own_per_m * f64::from(bears_m2));
+                    tool.elastic = 1.0 / (1.0 + 7.0 * f64::from(tool.hinge.softer(bears_m2)));
+                }
+                (most_m, excess_m) = (f64::max(most_m, tool.over_m.abs()), f64::max(excess_m, tool.excess_m.abs()));
             }
         }
-        most_m
+        (most_m, excess_m)
     }
 
     /// Writes down Newton's step.
@@ -412,22 +432,22 @@ impl Joint {
         let count = tools.len();
         system.clear();
         for (row, one) in tools.iter().enumerate() {
-            let bends = one.own_per_m * 7.0 * f64::from(one.hinge.softer(one.net_m2 as f32));
+            let folds_per_m = one.own_per_m * (1.0 - one.elastic);
             for (column, other) in tools.iter().enumerate() {
                 let at = row * count + column;
                 // one that has never touched bears nothing and is moved by nobody
                 let is_own = row == column;
                 system.push(match one.deepest_m {
                     Some(_) => {
-                        let moved = between_per_m[at] + bends * folding[at];
+                        let moved = one.elastic * between_per_m[at] + folds_per_m * folding[at];
                         let given = one.standing.sign * other.standing.sign * moved * other.slope_m2;
-                        if is_own { one.left_m[1] + given } else { given }
+                        if is_own { one.elastic * one.left_m[1] + given } else { given }
                     }
                     None if is_own => 1.0,
                     None => 0.0,
                 });
             }
-            system.push(one.over_m);
+            system.push(one.excess_m);
         }
     }
 }
