@@ -8,6 +8,7 @@
 mod field;
 mod ground;
 mod hand;
+mod milestones;
 mod predictor;
 
 pub use field::Field;

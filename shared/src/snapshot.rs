@@ -26,7 +26,7 @@ use crate::units::Tick;
 
 pub use author::{Author, Delta};
 pub use detail::{Band, Detail, DetailError};
-pub use grid::{QUANTUM_M, Quantum, dequantise, quantise};
+pub use grid::{QUANTUM_M, Quantum, dequantise, quantise, tile_digest};
 pub use kept::KeptClay;
 pub(crate) use kept::{lay, steps_of};
 pub use ledger::Ledger;

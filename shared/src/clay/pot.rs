@@ -319,12 +319,14 @@ impl Pot {
         self.between(Surface::pressed_m3)
     }
 
-    /// Takes the radii of a window of one surface over from a pot of the same specification.
+    /// Takes the radii of a window of one surface over from a pot of the same specification, and its height, which all surfaces have.
     ///
     /// # Panics
     /// When the pots differ in shape or there is no such surface.
     pub fn copy_window(&mut self, from: &Self, surface: usize, window: Window) {
         self.surfaces[surface].copy_window(&from.surfaces[surface], window);
+        let height_m = from.surfaces[surface].height_m();
+        self.surfaces.iter_mut().for_each(|surface| surface.set_height(height_m));
     }
 
     /// Digest of every radius, bit for bit.

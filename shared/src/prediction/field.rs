@@ -14,8 +14,10 @@ use crate::units::Tick;
 #[derive(Clone, Debug)]
 pub struct Field {
     pot: Pot,
-    /// Tiles pressed since the last snapshot tick.
+    /// Tiles pressed since the last snapshot tick, and those that were rounded at the last one with any; whether somebody has still to be told of them.
     unrounded: Touched,
+    rounded: Touched,
+    is_rounded: bool,
     through: Tick,
     clock: SnapshotClock,
     /// The sample pressed last.
@@ -33,7 +35,17 @@ impl Field {
     pub fn new(pot: Pot, through: Tick) -> Self {
         let unrounded = Touched::none(shapes(&pot).into_iter());
         let beside = Vec::with_capacity(Self::BESIDE_MAX);
-        Self { pot, unrounded, through, clock: SnapshotClock::default(), last: None, beside }
+        let rounded = unrounded.clone();
+        Self {
+            pot,
+            unrounded,
+            rounded,
+            is_rounded: false,
+            through,
+            clock: SnapshotClock::default(),
+            last: None,
+            beside,
+        }
     }
 
     /// The same, rounded at a wheel's own snapshots.
@@ -142,9 +154,21 @@ impl Field {
                 round(&mut self.pot, surface, window);
             }
             self.pot.settle(self.unrounded.iter().map(|(surface, _, window)| (surface, window)));
+            core::mem::swap(&mut self.rounded, &mut self.unrounded);
             self.unrounded.clear();
+            self.is_rounded = true;
         }
         self.through = tick;
+    }
+
+    /// Tiles pressed since the last snapshot tick.
+    pub(super) const fn unrounded(&self) -> &Touched {
+        &self.unrounded
+    }
+
+    /// The tiles that were rounded at a snapshot tick, and the clay, once after it.
+    pub(super) fn take_rounded(&mut self) -> Option<(&Touched, &Pot)> {
+        core::mem::take(&mut self.is_rounded).then_some((&self.rounded, &self.pot))
     }
 
     /// Becomes the confirmed clay again in the given tiles, with no sample applied after `through`; `last` is the one
@@ -167,6 +191,7 @@ impl Field {
         self.pot.copy_from(&other.pot);
         self.unrounded.clear();
         self.unrounded.add_all(&other.unrounded);
+        self.is_rounded = false;
         (self.through, self.clock) = (other.through, other.clock);
         self.last = other.last;
         self.beside.clone_from(&other.beside);

@@ -8,6 +8,7 @@ use alloc::sync::Arc;
 
 use super::Field;
 use super::field::shapes;
+use super::milestones::Milestones;
 use crate::clay::{Conditions, Pot, SubStep};
 use crate::snapshot::{Replica, SnapshotClock, Touched};
 use crate::tool::{ConvexTool, ToolSample};
@@ -46,6 +47,10 @@ pub struct Predictor {
     confirmed: Option<ToolSample>,
     /// Tiles in which the field may differ from the confirmed clay.
     ahead: Touched,
+    milestones: Milestones,
+    /// What the pending samples were pressed under, and whether they would be pressed in the same way again.
+    under: Conditions,
+    is_sure: bool,
 }
 
 impl Predictor {
@@ -66,7 +71,10 @@ impl Predictor {
             next_sequence: 0,
             last_tick: None,
             confirmed: None,
+            milestones: Milestones::none(&ahead),
             ahead,
+            under: Conditions::default(),
+            is_sure: false,
         }
     }
 
@@ -85,11 +93,14 @@ impl Predictor {
     /// Takes another rack, which holds every tool of the one before under its number.
     pub fn set_rack(&mut self, mut rack: Arc<[ConvexTool]>) {
         self.substep.swap_rack(&mut rack);
+        self.is_sure = false;
     }
 
     /// Takes in where others' tools are, which hold against a wall that bends; says whether that is news.
     pub fn set_beside(&mut self, tools: impl Iterator<Item = ToolSample>) -> bool {
-        self.field.set_beside(tools)
+        let is_news = self.field.set_beside(tools);
+        self.is_sure &= !is_news;
+        is_news
     }
 
     /// Samples not yet acknowledged, oldest first.
@@ -122,11 +133,39 @@ impl Predictor {
         self.last_tick = Some(sample.tick);
         self.pending.push_back(Pending { sequence: self.next_sequence, sample });
         self.next_sequence = self.next_sequence.wrapping_add(1);
-        self.field.press(&sample, conditions, &mut self.substep, Some(&mut self.ahead));
+        // what comes later than the clay it belongs into is pressed with the next that is confirmed
+        self.is_sure &= sample.tick > self.field.through();
+        self.press(&sample, conditions);
         changed.add_all(&self.ahead);
     }
 
-    /// Takes in confirmed clay that holds every own sample below `acknowledged`, and replays the rest on it.
+    /// Presses a sample, and notes what came of it at snapshots that it passes.
+    fn press(&mut self, sample: &ToolSample, conditions: &Conditions) {
+        self.advance(sample.tick.offset(-1));
+        self.field.press(sample, conditions, &mut self.substep, Some(&mut self.ahead));
+        if !self.field.unrounded().is_empty() {
+            self.milestones.open(sample.tick);
+        }
+        self.note_rounded(sample.tick);
+    }
+
+    /// Lets time pass to a tick; whether anything was rounded on the way.
+    fn advance(&mut self, tick: Tick) -> bool {
+        let last = self.field.through();
+        self.field.advance(tick);
+        self.note_rounded(last)
+    }
+
+    fn note_rounded(&mut self, last: Tick) -> bool {
+        let rounded = self.field.take_rounded();
+        if let Some((tiles, pot)) = rounded {
+            self.milestones.pass(last, tiles, pot);
+        }
+        rounded.is_some()
+    }
+
+    /// Takes in confirmed clay that holds every own sample below `acknowledged`, and replays the rest on it, or leaves them as they are where
+    /// it is what was predicted.
     ///
     /// `news` are the tiles in which the replica changed; every tile that may look different afterwards is added to
     /// `changed`.
@@ -140,30 +179,53 @@ impl Predictor {
         changed: &mut Touched,
     ) -> Correction {
         // the author has rounded up to here, so the prediction is compared rounded up to here
-        self.field.advance(at);
+        let is_rounded = self.advance(at);
+        while self.pending.front().is_some_and(|first| (first.sequence.wrapping_sub(acknowledged) as i32) < 0) {
+            self.confirmed = self.pending.pop_front().map(|pending| pending.sample);
+        }
         let own = self.ahead.clone();
+        self.ahead.clear();
+        if self.is_as_predicted(replica, at, conditions, news) {
+            if is_rounded {
+                changed.add_all(&own);
+            }
+            self.milestones.forget(at, &mut self.ahead);
+            self.ahead.add_all(self.field.unrounded());
+            let unchanged = Metres(0.0);
+            return Correction { under_own_tool: (!own.is_empty()).then_some(unchanged), anywhere: unchanged };
+        }
         let mut dirty = own.clone();
         dirty.add_all(news);
         for (surface, _, window) in dirty.iter() {
             self.before.copy_window(self.field.pot(), surface, window);
         }
-        while self.pending.front().is_some_and(|first| (first.sequence.wrapping_sub(acknowledged) as i32) < 0) {
-            self.confirmed = self.pending.pop_front().map(|pending| pending.sample);
-        }
         let through = self.field.through();
-        self.ahead.clear();
         let rewound_to = self.pending.front().map_or(at, |first| at.min(first.sample.tick.offset(-1)));
         self.field.rewind(replica.pot(), &dirty, rewound_to, self.confirmed);
-        for pending in &self.pending {
-            self.field.press(&pending.sample, conditions, &mut self.substep, Some(&mut self.ahead));
+        self.milestones.clear();
+        for at in 0..self.pending.len() {
+            let sample = self.pending[at].sample;
+            self.press(&sample, conditions);
         }
-        self.field.advance(through);
+        self.advance(through);
+        self.under.clone_from(conditions);
+        self.is_sure = true;
         changed.add_all(&dirty);
         changed.add_all(&self.ahead);
         Correction {
             under_own_tool: (!own.is_empty()).then(|| self.largest_difference(&own)),
             anywhere: self.largest_difference(&dirty),
         }
+    }
+
+    /// Whether pressing the pending samples on confirmed clay would give what is predicted: it was predicted itself, with all samples up to it and
+    /// none after it, and they were pressed under what holds now.
+    fn is_as_predicted(&mut self, replica: &Replica, at: Tick, conditions: &Conditions, news: &Touched) -> bool {
+        self.is_sure
+            && self.under == *conditions
+            && self.confirmed.is_none_or(|confirmed| confirmed.tick <= at)
+            && self.pending.front().is_none_or(|first| first.sample.tick > at)
+            && self.milestones.are_confirmed(replica, at, news)
     }
 
     fn largest_difference(&self, tiles: &Touched) -> Metres {

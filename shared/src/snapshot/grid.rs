@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 
 use crate::clay::{Digest, GridShape, Pot, Surface, Window};
 
-use super::TileLayout;
 use super::plane::Plane;
+use super::{TILE_SIDE, TileLayout};
 
 /// Step between two radii that can travel.
 pub const QUANTUM_M: f32 = Surface::STEP_M;
@@ -128,16 +128,12 @@ impl QuantisedGrid {
     }
 
     fn digest_of(&self, tile: u32) -> u64 {
-        let mut digest = Digest::default();
-        digest.add(tile);
-        for column in self.columns(self.layout.window(tile)) {
-            let (twos, last) = column.as_chunks();
-            for &[first, second] in twos {
-                digest.add(u32::from(first) << 16 | u32::from(second));
-            }
-            last.iter().for_each(|&value| digest.add(value.into()));
-        }
-        digest.finish()
+        digest_of(tile, self.columns(self.layout.window(tile)))
+    }
+
+    /// Digest of a tile.
+    pub(super) fn tile_digest(&self, tile: u32) -> u64 {
+        self.tile_digests[tile as usize]
     }
 
     /// The window's columns, foot to rim.
@@ -256,6 +252,49 @@ pub(super) fn round_tile(clay: &mut Surface, window: Window, steps: &mut Vec<u16
         steps.extend(clay.column_m(column)[rows.clone()].iter().map(|&radius_m| quantise(radius_m)));
     }
     clay.change_window(window, |radius_m| dequantise(quantise(radius_m)));
+}
+
+/// Digest of a tile with such columns.
+fn digest_of<C: AsRef<[u16]>>(tile: u32, columns: impl Iterator<Item = C>) -> u64 {
+    let mut digest = Digest::default();
+    digest.add(tile);
+    for column in columns {
+        let (twos, last) = column.as_ref().as_chunks();
+        for &[first, second] in twos {
+            digest.add(u32::from(first) << 16 | u32::from(second));
+        }
+        last.iter().for_each(|&value| digest.add(value.into()));
+    }
+    digest.finish()
+}
+
+/// Digest of a surface's tile, as [`super::Replica::tile_digest`] tells it of the same clay at the finest quantum.
+#[must_use]
+pub fn tile_digest(clay: &Surface, tile: u32) -> u64 {
+    let window = TileLayout::new(clay.shape()).window(tile);
+    let (first_row, rows) = (window.first_row as usize, window.rows as usize);
+    let columns = window.first_column..window.first_column + window.columns;
+    digest_of(
+        tile,
+        columns.map(|column| {
+            let mut steps = [0; TILE_SIDE as usize];
+            let radii_m = &clay.column_m(column)[first_row..][..rows];
+            steps.iter_mut().zip(radii_m).for_each(|(step, &radius_m)| *step = quantise(radius_m));
+            Column { steps, rows }
+        }),
+    )
+}
+
+/// A tile's column, of so many rows.
+struct Column {
+    steps: [u16; TILE_SIDE as usize],
+    rows: usize,
+}
+
+impl AsRef<[u16]> for Column {
+    fn as_ref(&self) -> &[u16] {
+        &self.steps[..self.rows]
+    }
 }
 
 /// Digest over all surfaces of a pot, in order.

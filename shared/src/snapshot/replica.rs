@@ -94,6 +94,15 @@ impl Replica {
         grid::digest(&self.grids)
     }
 
+    /// Digest of a tile as it is held.
+    ///
+    /// # Panics
+    /// When there is no such surface or tile.
+    #[must_use]
+    pub fn tile_digest(&self, surface: usize, tile: u32) -> u64 {
+        self.grids[surface].tile_digest(tile)
+    }
+
     /// The lowest 16 bits of every tile's digest, two bytes a tile with the low one first: what [`super::Author::mend`] compares.
     #[must_use]
     pub fn tile_digests(&self) -> Vec<u8> {

@@ -110,6 +110,21 @@ impl Touched {
         self.bits[surface][(tile / 64) as usize] |= 1 << (tile % 64);
     }
 
+    /// Whether a tile is in the set.
+    ///
+    /// # Panics
+    /// When there is no such surface or tile.
+    #[must_use]
+    pub fn holds(&self, surface: usize, tile: u32) -> bool {
+        self.bits[surface][(tile / 64) as usize] >> (tile % 64) & 1 == 1
+    }
+
+    /// Whether every tile is in another set over the same surfaces too.
+    #[must_use]
+    pub fn is_within(&self, other: &Self) -> bool {
+        self.bits.iter().flatten().zip(other.bits.iter().flatten()).all(|(mine, theirs)| mine & !theirs == 0)
+    }
+
     /// Adds every tile of another set over the same surfaces.
     pub fn add_all(&mut self, other: &Self) {
         for (mine, theirs) in self.bits.iter_mut().flatten().zip(other.bits.iter().flatten()) {

@@ -11,6 +11,7 @@ mod lead;
 mod mending;
 mod payload;
 mod payload_up;
+mod predicting;
 mod protocol_document;
 mod reconciliation;
 mod sans_io;
