@@ -274,6 +274,9 @@ impl Contacts {
         let chunks = &mut self.chunks.room[..self.chunks.used];
         if self.unbent.is_empty() {
             self.unbent.keep(simd, &self.columns, chunks);
+            if way.depth_m <= 0.0 {
+                return;
+            }
         }
         let tally = self.unbent.leave(simd, way, &mut self.columns, chunks, &self.above_m);
         self.take(&tally);

@@ -40,6 +40,10 @@ const MISSED: f64 = 0.1;
 /// Power of the thickness with which a shell gives way less: from 1.8 to 2.5 for pots of 40 to 90 mm and walls of 8 to 2 mm by our own shell
 /// ([`WallBending::compliance`]), 2.2 nearly everywhere. For two places each has half of it.
 const STIFFER: f32 = 2.2;
+/// A load that is missed to the other side comes to rest by itself where it is missed by less than this share of what it was missed by before, and by
+/// less than that share of the largest load.
+const SWINGS: f64 = 0.25;
+const FAR: f64 = 0.05;
 /// Looks that are nearer to each other than this share tell no power.
 const NEAR: f64 = 1e-3;
 
@@ -106,7 +110,7 @@ struct At {
     given_m: f64,
     hinge_m: f64,
     /// How far it had given way at the last look and the load under which it folded, by how much more the tool bore there than it should have, m², and the
-    /// share of the way to what the balance says that is gone: half as much wherever that turns round.
+    /// share of the way to what the balance says that is gone: half as much wherever that turns round and does not come to rest by itself.
     looked_m: f64,
     looked_net_m2: f64,
     missed_m2: f64,
@@ -158,15 +162,26 @@ impl At {
         if self.power < 1.0 { [1.0 / self.power, 1.0] } else { [1.0, self.power] }
     }
 
-    /// Begins with what would be left if the wall bore the tool alone; never will more than so much be left, m.
+    /// Such a power of firmness, or the inverse of one.
+    fn raised(firmly: f64, power: f64) -> f64 {
+        // one of the two always is
+        if power == 1.0 { firmly } else { libm::pow(firmly, power) }
+    }
+
+    /// Begins where the last look was, and where the balance led to none yet with what would be left if the wall bore the tool alone; never will
+    /// more than so much be left, m.
     fn begin(&mut self, most_m: f64) {
         let (Some(deepest_m), [known_m, known_m2]) = (self.deepest_m, self.known) else { return };
         let [of_left, of_load] = self.powers();
-        self.most_firmly = libm::pow(most_m / known_m, 1.0 / of_left);
-        self.firmly = libm::pow(deepest_m.max(0.0) / known_m, 1.0 / of_left);
+        self.most_firmly = Self::raised(most_m / known_m, 1.0 / of_left);
+        if self.missed_m2 != 0.0 {
+            self.firmly = 1.0;
+            return;
+        }
+        self.firmly = Self::raised(deepest_m.max(0.0) / known_m, 1.0 / of_left);
         if self.own_per_m > 0.0 {
             let borne_m2 = self.hinge.load_m2((deepest_m.max(0.0) / self.own_per_m) as f32);
-            self.firmly = self.firmly.min(libm::pow(f64::from(borne_m2) / known_m2, 1.0 / of_load));
+            self.firmly = self.firmly.min(Self::raised(f64::from(borne_m2) / known_m2, 1.0 / of_load));
         }
     }
 
@@ -184,9 +199,9 @@ impl At {
             return;
         }
         let [of_left, of_load] = self.powers();
-        let left_m = known_m * libm::pow(firmly, of_left);
+        let left_m = known_m * Self::raised(firmly, of_left);
         self.left_m = [left_m, of_left * left_m / firmly];
-        self.load_m2 = known_m2 * libm::pow(firmly, of_load);
+        self.load_m2 = known_m2 * Self::raised(firmly, of_load);
         self.slope_m2 = of_load * self.load_m2 / firmly;
     }
 
@@ -300,8 +315,11 @@ impl Joint {
                     None => tool.miss(),
                 }
                 let missed_m2 = tool.load_m2 - borne_m2;
-                let turns = missed_m2 * tool.missed_m2 < 0.0;
-                tool.share = if turns { 0.5 * tool.share } else { (1.5 * tool.share).min(1.0) };
+                if missed_m2 * tool.missed_m2 >= 0.0 {
+                    tool.share = (1.5 * tool.share).min(1.0);
+                } else if missed_m2.abs() > SWINGS * tool.missed_m2.abs() || missed_m2.abs() > FAR * most_m2 {
+                    tool.share *= 0.5;
+                }
                 tool.missed_m2 = missed_m2;
                 is_found &= missed_m2.abs() <= CLOSE * most_m2;
             }

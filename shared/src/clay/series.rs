@@ -77,16 +77,14 @@ impl Default for Hinge {
 }
 
 impl Hinge {
-    /// Newton's steps, from a start that is at most a tenth too high: what is left is below the rounding of `f32`.
+    /// Newton's steps, from a start that is at most a seventh too high: what is left is below the rounding of `f32`.
     const STEPS: u32 = 4;
     /// Farthest beyond folding, so that its sixth power is finite on the way to a balance.
     const OVER_MAX: f32 = 1e6;
 
     /// `(L/P)⁶`.
     fn folds(&self, load_m2: f32) -> f32 {
-        let over = (load_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX);
-        let square = over * over;
-        square * square * square
+        sixth((load_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX))
     }
 
     /// The same for what gives way by so much in all, as an elastic wall's load: `L·(1 + α·(L/P)⁶)`.
@@ -101,18 +99,30 @@ impl Hinge {
 
     /// L for `L·(1 + α·(L/P)⁶)`, which is an elastic wall's load for the same depth, m².
     pub(super) fn load_m2(&self, elastic_m2: f32) -> f32 {
-        let softer = self.softer(elastic_m2);
+        let elastic = (elastic_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX);
+        let softer = self.share * sixth(elastic);
         if softer < 1e-6 {
             return elastic_m2;
         }
-        // without the one and without the other of the two summands there is more load than with both
-        let mut load_m2 = if softer < 1.0 { elastic_m2 } else { elastic_m2 * libm::powf(softer, -1.0 / 7.0) };
+        // where either summand is by far the larger that is it, and in between too much by a seventh
+        let mut over = elastic / seventh_root(1.0 + softer);
         for _ in 0..Self::STEPS {
-            let softer = self.softer(load_m2);
-            load_m2 -= (load_m2 * (1.0 + softer) - elastic_m2) / (1.0 + 7.0 * softer);
+            let softer = self.share * sixth(over);
+            over -= (over * (1.0 + softer) - elastic) / (1.0 + 7.0 * softer);
         }
-        load_m2
+        over * self.fold_m2
     }
+}
+
+fn sixth(number: f32) -> f32 {
+    let square = number * number;
+    square * square * square
+}
+
+/// The seventh root of a number from 1 on, or up to 6 % more: that a number's bits are its logarithm, nearly, is enough to begin with.
+const fn seventh_root(number: f32) -> f32 {
+    let one = 1.0_f32.to_bits();
+    f32::from_bits(one + (number.to_bits() - one) / 7)
 }
 
 impl Braced {

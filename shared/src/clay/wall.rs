@@ -198,19 +198,22 @@ impl Pot {
         let columns = libm::roundf(TAU * radius.0 / (0.5 * reach_m)).max(4.0);
         let at = angle_rad / TAU * columns;
         let before = libm::floorf(at);
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (number, share) in (-1..).zip(cubic(at - before)) {
+        let shares = cubic(at - before);
+        let rows = first as usize..end as usize + 1;
+        let skins_m = [-1, 0, 1, 2].map(|number| {
             let turn = (before + number as f32) / columns;
             let column = shape.wrap(libm::roundf(turn * shape.columns() as f32) as i64);
-            let rows = first as usize..end as usize + 1;
-            let [outer, inner] = [outer, inner].map(|surface| &surface.column_m(column)[rows.clone()]);
-            for ((outer, inner), row) in outer.iter().zip(inner).zip(first..).step_by(step) {
-                let away = (row as f32 * row_m - z_m) / reach_m;
-                let near = (1.0 - away * away).max(1e-3);
-                let weight = share * near * near;
-                sum += weight * (outer - inner);
-                weights += weight;
-            }
+            [outer, inner].map(|surface| &surface.column_m(column)[rows.clone()])
+        });
+        let (mut sum, mut weights) = (0.0, 0.0);
+        let (rows_per_reach, middle) = (row_m / reach_m, z_m / reach_m);
+        for at in (0..rows.len()).step_by(step) {
+            let away = (rows.start + at) as f32 * rows_per_reach - middle;
+            let near = (1.0 - away * away).max(1e-3);
+            let weight = near * near;
+            let [one, two, three, four] = skins_m.each_ref().map(|[outer, inner]| outer[at] - inner[at]);
+            sum += weight * ((shares[0] * one + shares[1] * two) + (shares[2] * three + shares[3] * four));
+            weights += weight;
         }
         (sum / weights).max(PotSpec::WALL_MIN.0) / wall.0
     }

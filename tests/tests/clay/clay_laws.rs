@@ -177,12 +177,15 @@ impl Left {
         let travel_m = of_travel * f64::from(self.stroke.depth_mm) * 1e-3;
         let same = rms_m <= 2e-8 + 3e-3 * travel_m && largest_m <= 6e-8 + 0.1 * travel_m;
         assert!(same, "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
-        let forces_n = [self.contact, other.contact].map(|contact| contact.force_n.length());
-        assert!(
-            (forces_n[0] - forces_n[1]).abs() <= of_force * forces_n[0],
-            "{:?}, {what}: {forces_n:?} N",
-            self.method
-        );
+        let [here_n, there_n] = [self.contact, other.contact].map(|contact| contact.force_n.length());
+        // where a tool grazes the foot, what is rounded away of its place is more of its force than that
+        let by_a_hair_n = || {
+            let deeper = Stroke { depth_mm: self.stroke.depth_mm + 2e-5, ..self.stroke };
+            (deeper.pressed(self.method, 0.1, 20).1.force_n.length() - here_n).abs()
+        };
+        let apart_n = (here_n - there_n).abs();
+        let same = apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n();
+        assert!(same, "{:?}, {what}: {here_n} and {there_n} N", self.method);
     }
 }
 
