@@ -583,6 +583,7 @@ impl App {
     fn scene_is_moving(&self) -> bool {
         let view = self.potter.view().lock();
         self.is_dirty
+            || self.hand.is_on_its_way()
             || !view.changed.is_empty()
             || view.conditions.phase(self.potter.tick()) != self.drawn_phase
             || view.guidance.pair.is_some()

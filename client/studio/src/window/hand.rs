@@ -15,15 +15,18 @@ use super::holding::Reach;
 
 /// Gap between a free tool and the clay, m.
 const GAP_M: f32 = 0.004;
-/// How fast the button pushes in and lets out, m/s.
+/// How fast the tool is pushed in and let out, m/s, and the most by which it is pushed from one picture to the next, m: one that comes late is no
+/// reason to stab.
 const PUSH_M_S: f32 = 0.015;
+const PUSH_MAX_M: f32 = 0.001;
 const RELEASE_M_S: f32 = 0.12;
 /// How deep the button pushes, m.
 const BUTTON_DEPTH_M: f32 = 0.006;
 /// Farthest to the side of the axis that the tool follows, m.
 const SIDE_MAX_M: f32 = 0.3;
-/// Deepest push, m.
+/// Deepest push, and what is none, m.
 const PUSHED_MAX_M: f32 = 0.04;
+const LEAST_M: f32 = 1e-5;
 /// How long a tool that changes sides is lifted over the rim, and how long it is held there on the other side, s: at the
 /// device's fastest glide it has then gone a quarter of a metre.
 const LIFT_S: f32 = 0.45;
@@ -39,7 +42,8 @@ pub(super) struct Hand {
     button: bool,
     /// What the button pushes at the moment, m.
     by_button_m: f32,
-    /// What was set by wheel or key, m.
+    /// What was set by wheel or key, m, and what of that is pushed at the moment.
+    set_m: f32,
     by_wheel_m: f32,
     /// Widest radius of each row when the tool was last free, m.
     outline_m: Vec<f32>,
@@ -58,6 +62,7 @@ impl Hand {
             pointer: None,
             button: false,
             by_button_m: 0.0,
+            set_m: 0.0,
             by_wheel_m: 0.0,
             outline_m: Vec::new(),
             bore_m: Vec::new(),
@@ -90,13 +95,25 @@ impl Hand {
             Side::Outside => Side::Inside,
             Side::Inside => Side::Outside,
         };
-        self.by_wheel_m = 0.0;
+        (self.set_m, self.by_wheel_m) = (0.0, 0.0);
         self.crossing_s = Some(0.0);
     }
 
-    /// Pushes in by so much more, or less.
+    /// Pushes in by so much more, or less, as fast as the button does.
     pub(super) fn push(&mut self, by_m: f32) {
-        self.by_wheel_m = (self.by_wheel_m + by_m).clamp(0.0, PUSHED_MAX_M);
+        let set_m = (self.set_m + by_m).min(PUSHED_MAX_M);
+        // as many steps back as there were, but for what is rounded
+        self.set_m = if set_m < LEAST_M { 0.0 } else { set_m };
+    }
+
+    /// What the button pushes in the end, m.
+    fn held_m(&self) -> f32 {
+        if self.button && self.crossing_s.is_none() { GAP_M + BUTTON_DEPTH_M } else { 0.0 }
+    }
+
+    /// Whether more is to be pushed or let out than is at the moment.
+    pub(super) fn is_on_its_way(&self) -> bool {
+        self.by_wheel_m != self.set_m || self.by_button_m != self.held_m()
     }
 
     /// How deep the tool is pushed beyond the surface of the free clay, m.
@@ -136,12 +153,17 @@ impl Hand {
     /// Lets `seconds` pass.
     pub(super) fn pass(&mut self, seconds: f32) {
         self.crossing_s = self.crossing_s.map(|passed| passed + seconds).filter(|passed| *passed < LIFT_S + CROSS_S);
-        if self.button && self.crossing_s.is_none() {
-            // the gap costs no time
-            self.by_button_m = (self.by_button_m.max(GAP_M) + PUSH_M_S * seconds).min(GAP_M + BUTTON_DEPTH_M);
-        } else {
-            self.by_button_m = (self.by_button_m - RELEASE_M_S * seconds).max(0.0);
-        }
+        let (in_m, out_m) = ((PUSH_M_S * seconds).min(PUSH_MAX_M), RELEASE_M_S * seconds);
+        let towards = |goal_m: f32, now_m: f32| {
+            if goal_m > now_m {
+                // the gap costs no time
+                (now_m.max(GAP_M) + in_m).min(goal_m)
+            } else {
+                (now_m - out_m).max(goal_m)
+            }
+        };
+        (self.by_button_m, self.by_wheel_m) =
+            (towards(self.held_m(), self.by_button_m), towards(self.set_m, self.by_wheel_m));
     }
 
     /// Where a tool of that reach should be, m; `None` while the pointer is not over the wheel.
@@ -282,10 +304,28 @@ mod tests {
         let at = |hand: &Hand| hand.target_m(&camera, 1.6, &BALL).expect("the pointer is over the wheel").truncate();
         let free = at(&hand);
         hand.press_button(true);
-        hand.pass(0.2);
+        (0..10).for_each(|_| hand.pass(0.02));
         let pushed = at(&hand);
         let pushed_m = pushed.length() - free.length();
         assert!((pushed_m - hand.pushed_m() - GAP_M).abs() < 1e-5 && pushed_m > 0.005, "{pushed_m}");
         assert!(free.perp_dot(pushed).abs() < 1e-6, "it is pushed straight outwards");
+    }
+
+    #[test]
+    fn what_wheel_and_keys_ask_for_at_once_is_pushed_as_the_button_does() {
+        let (mut hand, _) = hand_at(Vec2::new(0.0, 0.1));
+        (0..10).for_each(|_| hand.push(0.001));
+        assert!(hand.is_on_its_way());
+        // a picture that comes late, and then those that do not
+        hand.pass(0.2);
+        assert!((hand.pushed_m() - 0.001).abs() < 1e-6, "{} m", hand.pushed_m());
+        (0..10).for_each(|_| hand.pass(0.02));
+        assert!((hand.pushed_m() - 0.004).abs() < 1e-6, "{} m", hand.pushed_m());
+        (0..20).for_each(|_| hand.pass(0.02));
+        assert!((hand.pushed_m() - 0.006).abs() < 1e-6 && !hand.is_on_its_way(), "{} m", hand.pushed_m());
+        // and it is let out at once, by as many steps
+        (0..10).for_each(|_| hand.push(-0.001));
+        hand.pass(0.1);
+        assert!(hand.is_free() && !hand.is_on_its_way());
     }
 }
