@@ -3,6 +3,7 @@
 //! Knows no network and no device. A pot is a set of [`Surface`]s; how many is known in here only.
 //! Invariant: every radius is finite and within its surface's bounds after every sub-step.
 
+mod ball;
 mod bending;
 mod conditions;
 mod contact;
@@ -15,12 +16,14 @@ mod improved;
 mod joint;
 mod lathe;
 mod law;
+mod looks;
 mod material;
 mod method;
 mod original;
 mod plastic;
 mod pot;
 mod profile;
+mod rays;
 mod resample;
 mod rim;
 mod schedule;

@@ -1,7 +1,7 @@
-//! Collision of a sphere with the circular sector elements: which are touched, and how deep.
+//! Collision of a tool with the circular sector elements: which are touched, and how deep.
 //!
-//! Shared by all methods; what a touch does to the clay is theirs.
-//! Invariant: only rows and columns within the sphere's reach are visited, and every touched element stands in exactly
+//! Shared by all methods; what a touch does to the clay is theirs. Tools of facets are cut in `faceted`, a sphere's columns in `ball`.
+//! Invariant: only rows and columns within the tool's reach are visited, and every touched element stands in exactly
 //! one chunk.
 
 use alloc::vec::Vec;
@@ -9,15 +9,17 @@ use core::ops::{Range, RangeFrom};
 
 use glam::Vec3;
 
+use super::ball::Ball;
 use super::faceted::Cutter;
 use super::lanes::{
-    Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, SimdMask, counted, f32x8, i32x8, load, mask32x8,
-    only, positive, root, splat, sum,
+    Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, SimdMask, counted, f32x8, i32x8, mask32x8, only,
+    positive, root, splat, sum,
 };
+use super::rays::Rays;
 use super::series::GivenWay;
 use super::unbent::Unbent;
 use super::{GridShape, Press, Surface, Window};
-use crate::tool::{STEEPEST, Side, Tool};
+use crate::tool::{Lattice, Side, Tool};
 
 /// Height above the tool that stands for rows beyond the rim, m: farther than any tool reaches, and its square is finite.
 const BEYOND_M: f32 = 1e6;
@@ -30,7 +32,7 @@ pub(super) struct Chunk {
     /// Radius r of the elements, m.
     pub(super) radius_m: Eight,
     /// How the tool leans against the ray, across it and up: these parts of its normal over that along the ray, which counts as
-    /// [`STEEPEST`] at least. Finite everywhere; only where it was asked for.
+    /// [`crate::tool::STEEPEST`] at least. Finite everywhere; only where it was asked for.
     pub(super) aside: Eight,
     pub(super) up: Eight,
 }
@@ -156,11 +158,12 @@ pub(super) struct Contacts {
     above_m: Vec<Eight>,
     /// As they were found, once a wall has given way.
     unbent: Unbent,
+    pub(super) rays: Rays,
 }
 
 /// Room for chunks, of which the first few are in use; some belong to no column.
 #[derive(Clone, Debug, Default)]
-struct Chunks {
+pub(super) struct Chunks {
     room: Vec<Chunk>,
     used: usize,
 }
@@ -171,7 +174,7 @@ impl Chunks {
     ///
     /// They are written in place: a call that could make room would cost more than what is found.
     #[inline(always)]
-    fn keep<S: Simd>(
+    pub(super) fn keep<S: Simd>(
         &mut self,
         column: &Column,
         mut found: impl FnMut(usize, &mut Chunk) -> f32x8<S>,
@@ -200,7 +203,7 @@ impl Chunks {
 /// What is counted while elements are found.
 pub(super) struct Tally<S: Simd> {
     /// Touched elements, lane by lane: whole numbers, which `f32` holds.
-    elements: f32x8<S>,
+    pub(super) elements: f32x8<S>,
     deepest_m: f32x8<S>,
 }
 
@@ -230,6 +233,7 @@ impl Contacts {
             above_m: Vec::with_capacity(shape.rows() as usize / LANES + 1),
             facing: Vec::with_capacity(chunks),
             unbent: Unbent::with_room(shape.columns() as usize, chunks),
+            rays: Rays::with_room(shape),
             ..Self::default()
         }
     }
@@ -318,6 +322,17 @@ impl Contacts {
         &mut self.facing[chunks]
     }
 
+    /// Forgets what was found before something else is.
+    pub(super) fn begin<const LEANS: bool>(&mut self, press: &Press) {
+        self.columns.clear();
+        self.chunks.used = 0;
+        self.above_m.clear();
+        self.unbent.clear();
+        self.is_faceted = matches!(press.tool, Tool::Convex(_));
+        self.has_facing = self.is_faceted && !LEANS;
+        (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
+    }
+
     /// Finds the elements that `press` touches, `behind_m` inside of the surface's radii; of a convex tool those that one of
     /// `cutter`'s does. How the tool leans is found with `LEANS` alone.
     #[inline(always)]
@@ -329,20 +344,19 @@ impl Contacts {
         behind_m: f32,
         cutter: Option<&mut Cutter>,
     ) {
-        self.columns.clear();
-        self.chunks.used = 0;
-        self.above_m.clear();
-        self.unbent.clear();
-        self.is_faceted = matches!(press.tool, Tool::Convex(_));
-        self.has_facing = self.is_faceted && !LEANS;
-        (self.elements, self.deepest_m, self.window) = (0, 0.0, Window::default());
+        self.begin::<LEANS>(press);
         match (press.tool, cutter) {
             (Tool::Sphere(sphere), _) => {
                 self.tool_m = sphere.radius().0;
                 self.gather_sphere::<S, LEANS>(simd, surface, press, behind_m);
             }
             (Tool::Convex(shape), Some(cutter)) => {
-                self.gather_facets::<S, LEANS>(simd, surface, press, shape, behind_m, cutter);
+                // a hair more, since two that know another widest radius, or another narrowest one, must find the same
+                let reach_m = match press.side {
+                    Side::Outside => surface.widest_m() + 1e-6,
+                    Side::Inside => surface.narrowest_m() - behind_m - 1e-6,
+                };
+                self.gather_facets::<S, LEANS, _>(simd, &mut &*surface, press, shape, [behind_m, reach_m], cutter);
             }
             (Tool::Convex(_), None) => {}
         }
@@ -359,7 +373,7 @@ impl Contacts {
         if window.is_empty() {
             return;
         }
-        self.fill_heights(simd, surface, press.centre_m.z);
+        self.fill_heights(simd, surface.shape().rows(), surface.row_height_m(), press.centre_m.z);
         self.list_columns(simd, surface, press, behind_m, &reach);
         let Self { columns, chunks, above_m, tool_m, .. } = self;
         let mut tally = Tally::new(simd);
@@ -376,6 +390,13 @@ impl Contacts {
         }
         columns.truncate(touched);
         self.take(&tally);
+    }
+
+    /// Adds a column of a sphere's, if it touches any of the chunks that are to be looked at; their radii, m.
+    #[inline(always)]
+    pub(super) fn add_ball<S: Simd>(&mut self, ball: &Ball, column: &Column, radii_m: &[f32], tally: &mut Tally<S>) {
+        let Self { columns, chunks, above_m, .. } = self;
+        columns.extend(ball.find::<S, true>(column, radii_m, &above_m[column.heights()], chunks, tally));
     }
 
     /// Lists the columns that a sphere may touch and the chunks that are to be looked at.
@@ -488,127 +509,39 @@ impl Contacts {
         self.take(&tally);
     }
 
+    /// Fills in the heights of the window's rows above a tool at a height, m.
     #[inline(always)]
-    pub(super) fn fill_heights<S: Simd>(&mut self, simd: S, surface: &Surface, tool_z: f32) {
-        let row_height_m = surface.row_height_m();
+    pub(super) fn fill_heights<S: Simd>(&mut self, simd: S, rows: u32, row_height_m: f32, tool_z: f32) {
         for row in (self.window.first_row..self.window.end_row()).step_by(LANES) {
-            let rows = counted(simd, row as f32);
-            let above = rows * row_height_m - tool_z;
-            let within = rows.simd_lt(splat(simd, surface.shape().rows() as f32));
+            let numbers = counted(simd, row as f32);
+            let above = numbers * row_height_m - tool_z;
+            let within = numbers.simd_lt(splat(simd, rows as f32));
             self.above_m.push(within.select(above, splat(simd, BEYOND_M)).into());
         }
     }
 }
 
-/// A sphere, and on which side of the clay it is.
-struct Ball {
-    tool_m: f32,
-    side: Side,
-    behind_m: f32,
+/// Clay as a tool meets it: columns round the axis, and rows on them.
+pub(super) trait Ground {
+    fn lattice(&self) -> Lattice<'_>;
+    /// Angle between columns, rad.
+    fn column_rad(&self) -> f32;
+    /// Radii of some rows of a column, and whatever is above them, m.
+    fn radii_m(&mut self, column: u32, rows: Range<u32>) -> &[f32];
 }
 
-impl Ball {
-    /// Keeps the chunks of a column that the sphere touches, if there are any.
-    #[inline(always)]
-    fn find<S: Simd, const LEANS: bool>(
-        &self,
-        column: &Column,
-        radii_m: &[f32],
-        above_m: &[Eight],
-        chunks: &mut Chunks,
-        tally: &mut Tally<S>,
-    ) -> Option<Column> {
-        let &Self { tool_m, behind_m, .. } = self;
-        let Column { along_m, aside_m, .. } = *column;
-        let simd = tally.elements.simd;
-        let along = splat(simd, along_m);
-        let cap = Cap {
-            square: splat(simd, tool_m * tool_m - aside_m * aside_m),
-            aside: splat(simd, aside_m),
-            steepest: splat(simd, 1.0 / (STEEPEST * tool_m)),
-        };
-        match self.side {
-            Side::Outside if along_m < tool_m => cap.look::<LEANS>(
-                column,
-                radii_m,
-                above_m,
-                chunks,
-                tally,
-                #[inline(always)]
-                |radius, half_chord| {
-                    // the tool holds the axis, beyond which there is no clay of this ray
-                    let there = positive(along + half_chord);
-                    only(there, (half_chord - (along - radius)).min(radius))
-                },
-            ),
-            Side::Outside => cap.look::<LEANS>(
-                column,
-                radii_m,
-                above_m,
-                chunks,
-                tally,
-                #[inline(always)]
-                |radius, half_chord| half_chord - (along - radius),
-            ),
-            Side::Inside => cap.look::<LEANS>(
-                column,
-                radii_m,
-                above_m,
-                chunks,
-                tally,
-                #[inline(always)]
-                |radius, half_chord| half_chord - (radius - behind_m - along),
-            ),
-        }
+impl Ground for &Surface {
+    fn lattice(&self) -> Lattice<'_> {
+        Surface::lattice(self)
     }
-}
 
-/// A sphere as the ray of a column sees it.
-struct Cap<S: Simd> {
-    /// Square of half the ray's length in the sphere at its middle's height, m².
-    square: f32x8<S>,
-    /// Its middle's distance across the ray, m.
-    aside: f32x8<S>,
-    /// One over the least half chord by which its slope is told, 1/m.
-    steepest: f32x8<S>,
-}
+    fn column_rad(&self) -> f32 {
+        self.shape().column_angle_rad()
+    }
 
-impl<S: Simd> Cap<S> {
-    /// Looks at a column: `meets` tells penetrations of radii and half chords, m, where the ray is in the sphere.
     #[inline(always)]
-    fn look<const LEANS: bool>(
-        &self,
-        column: &Column,
-        radii_m: &[f32],
-        above_m: &[Eight],
-        chunks: &mut Chunks,
-        tally: &mut Tally<S>,
-        meets: impl Fn(f32x8<S>, f32x8<S>) -> f32x8<S>,
-    ) -> Option<Column> {
-        let simd = tally.elements.simd;
-        let zero = splat(simd, 0.0);
-        let (whole, last) = radii_m.as_chunks::<LANES>();
-        chunks.keep(
-            column,
-            #[inline(always)]
-            |number, chunk| {
-                let radius_m = match whole.get(number) {
-                    Some(lanes) => f32x8::load_array_ref(simd, lanes),
-                    None => load(simd, last),
-                };
-                let above = above_m[number].on(simd);
-                let square = self.square - above * above;
-                let half_chord = square.max(zero).sqrt();
-                let penetration_m = only(positive(square), meets(radius_m, half_chord)).max(zero);
-                (chunk.penetration_m, chunk.radius_m) = (penetration_m.into(), radius_m.into());
-                if LEANS {
-                    let steep = (splat(simd, 1.0) / half_chord).min(self.steepest);
-                    (chunk.aside, chunk.up) = ((self.aside * steep).into(), (above * steep).into());
-                }
-                penetration_m
-            },
-            tally,
-        )
+    fn radii_m(&mut self, column: u32, rows: Range<u32>) -> &[f32] {
+        &self.column_m(column)[rows.start as usize..]
     }
 }
 
@@ -652,7 +585,7 @@ impl Reach {
         };
         let window = if distance_m.is_finite() && centre.z.is_finite() {
             Window::around(shape, column as i64, half_columns, first_row as i64, last_row as i64)
-                .aligned(shape, LANES as u32)
+                .aligned(shape.rows(), LANES as u32)
         } else {
             Window::default()
         };

@@ -18,7 +18,10 @@ pub(super) struct Step {
 
 impl Step {
     pub(super) fn of(surface: &Surface) -> Self {
-        let (column_rad, row_m) = (surface.shape().column_angle_rad(), surface.row_height_m());
+        Self::new(surface.shape().column_angle_rad(), surface.row_height_m())
+    }
+
+    pub(super) const fn new(column_rad: f32, row_m: f32) -> Self {
         Self { column_rad, row_m, element_rad_m: column_rad * row_m }
     }
 }

@@ -7,10 +7,10 @@ use alloc::sync::Arc;
 
 use glam::{Mat3, Vec3};
 
-use super::contact::{Column, Contacts, Tally, nearest_turn};
+use super::contact::{Column, Contacts, Ground, Tally, nearest_turn};
 use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, columns, f32x8, load, root, splat};
 use super::window::Scratch;
-use super::{GridShape, Press, Surface, Window};
+use super::{GridShape, Press, Window};
 use crate::tool::{ConvexTool, Eights, Pose, STEEPEST, Sections, Shape, Side, Sides, Tool};
 
 /// The convex tools that presses name, and the memory in which one of them is cut.
@@ -62,68 +62,70 @@ struct Face<'a> {
 }
 
 impl Contacts {
-    /// Finds the elements that a convex tool touches, `behind_m` inside of the surface's radii.
+    /// Finds the elements that a convex tool touches, `behind_m` inside of the ground's radii, none of which is wider than the reach, m, or narrower
+    /// when it is inside.
     ///
     /// The ray of an element (r, θ, z) is in the tool from s₁ to s₂: from outside the penetration is `p = r − s₁`, from inside
     /// `p = s₂ − r`, as for a sphere.
     #[inline(always)]
-    pub(super) fn gather_facets<S: Simd, const LEANS: bool>(
+    pub(super) fn gather_facets<S: Simd, const LEANS: bool, G: Ground>(
         &mut self,
         simd: S,
-        surface: &Surface,
+        ground: &mut G,
         press: &Press,
         shape: Shape,
-        behind_m: f32,
+        [behind_m, reach_m]: [f32; 2],
         cutter: &mut Cutter,
     ) {
         let Cutter { rack, sections } = cutter;
         let Some(tool) = rack.get(usize::from(shape.0)) else { return };
         let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
         let Some(turn) = pose.turn() else { return };
-        // a hair more, since two that know another widest radius, or another narrowest one, must find the same
         let (sides, reach_m, outwards) = match press.side {
-            Side::Outside => (Sides::Near, surface.widest_m() + 1e-6, 1.0),
-            Side::Inside => (Sides::Far, (surface.narrowest_m() - behind_m - 1e-6).max(0.0), -1.0),
+            Side::Outside => (Sides::Near, reach_m, 1.0),
+            Side::Inside => (Sides::Far, reach_m.max(0.0), -1.0),
         };
-        sections.cut_with(simd, tool, &pose, &surface.lattice(), reach_m, sides);
+        let lattice = ground.lattice();
+        sections.cut_with(simd, tool, &pose, &lattice, reach_m, sides);
         let extent = sections.extent();
         if extent.columns == 0 || extent.rows == 0 {
             return;
         }
         let crate::tool::Extent { first_column, columns, first_row, rows } = extent;
-        self.window = Window { first_column, columns, first_row, rows }.aligned(surface.shape(), LANES as u32);
+        self.window = Window { first_column, columns, first_row, rows }.aligned(lattice.rows, LANES as u32);
         self.tool_m = tool.radius().0;
         self.distance_m = root(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
         self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
-        self.fill_heights(simd, surface, press.centre_m.z);
+        self.fill_heights(simd, lattice.rows, lattice.row_height_m, press.centre_m.z);
         let mut tally = Tally::new(simd);
         for section in sections.eights() {
-            let axes = axes(&turn, surface.direction(section.column));
+            let axes = axes(&turn, ground.lattice().directions[section.column as usize].to_array());
             let face = Face { section: &section, normals: tool.facing(), axes, outwards, behind_m };
-            self.gather_section::<S, LEANS>(simd, surface, press, &face, &mut tally);
+            self.gather_section::<S, LEANS, G>(simd, ground, press, &face, &mut tally);
         }
         self.take(&tally);
     }
 
     #[inline(always)]
-    fn gather_section<S: Simd, const LEANS: bool>(
+    fn gather_section<S: Simd, const LEANS: bool, G: Ground>(
         &mut self,
         simd: S,
-        surface: &Surface,
+        ground: &mut G,
         press: &Press,
         face: &Face<'_>,
         tally: &mut Tally<S>,
     ) {
         let Face { section, outwards, behind_m, .. } = *face;
         let column = section.column;
-        let [cos, sin] = surface.direction(column);
-        let angle_rad = nearest_turn(column as f32 * surface.shape().column_angle_rad() - self.angle_rad);
+        let [cos, sin] = ground.lattice().directions[column as usize].to_array();
+        let angle_rad = nearest_turn(column as f32 * ground.column_rad() - self.angle_rad);
         let (along_m, aside_m) =
             (press.centre_m.x * cos + press.centre_m.y * sin, press.centre_m.y * cos - press.centre_m.x * sin);
         let Eights { first_row, radii_m: edges_m, facets, .. } = *section;
         let first = (first_row - self.window.first_row) / LANES as u32;
         let chunks = first..first + edges_m.len() as u32;
-        let (whole_m, last_m) = surface.column_m(column)[first_row as usize..].as_chunks::<LANES>();
+        let rows = first_row..first_row + (edges_m.len() * LANES) as u32;
+        let (whole_m, last_m) = ground.radii_m(column, rows).as_chunks::<LANES>();
         let at = Column::new(column, self.window, chunks, angle_rad, [cos, sin], [along_m, aside_m]);
         let kept = self.add_column(
             at,

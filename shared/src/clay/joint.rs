@@ -18,6 +18,8 @@ const LOOKS_MAX: u32 = 12;
 /// Difference between what the wall bears and what is on it at which both are taken as one, over the largest of the loads; it bounds the
 /// error of the force.
 const CLOSE: f64 = 1.0 / 400.0;
+/// Share by which a contact's radius may then differ from the one that the wall has bowed under: two loads may be as one by chance.
+const ALIKE: f32 = 0.02;
 /// Newton's steps of one balance, at most, and halvings of one of them.
 const STEPS_MAX: u32 = 24;
 const HALVINGS_MAX: u32 = 8;
@@ -309,7 +311,7 @@ impl Joint {
             for tool in &mut self.tools {
                 tool.approach();
                 let way = tool.way(bending);
-                let borne_m2 = tool.load_m2;
+                let (borne_m2, patch_m) = (tool.load_m2, tool.patch_m);
                 match look(tool.standing.number, &way).filter(|seen| seen.load_m2 > 0.0) {
                     Some(seen) => tool.take(&seen),
                     None => tool.miss(),
@@ -321,7 +323,7 @@ impl Joint {
                     tool.share *= 0.5;
                 }
                 tool.missed_m2 = missed_m2;
-                is_found &= missed_m2.abs() <= CLOSE * most_m2;
+                is_found &= missed_m2.abs() <= CLOSE * most_m2 && (tool.patch_m - patch_m).abs() <= ALIKE * patch_m;
             }
             if is_found {
                 break;

@@ -72,7 +72,7 @@ fn touch_with<S: Simd>(
     );
     let window = if contacts.elements == 0 { super::Window::default() } else { contacts.window };
     let shape = surface.shape();
-    footprint.reset(window.grown(shape, margin.0, margin.1).aligned(shape, LANES as u32));
+    footprint.reset(window.grown(shape, margin.0, margin.1).aligned(shape.rows(), LANES as u32));
     let mut sums = Sums::new(simd);
     let zero = splat(simd, 0.0);
     let response = match press.side {

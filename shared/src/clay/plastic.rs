@@ -8,26 +8,20 @@ use glam::Vec3;
 use super::bending::POISSON;
 use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
-use super::faceted::Cutter;
-use super::joint::{Joint, Standing};
 use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
+use super::looks::find;
 use super::rim::{Rim, RimShape};
-use super::series::{Braced, GivenWay, Hinge, Seen};
+use super::series::GivenWay;
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Part, Pot, Press, Sink, Strength, Support, Surface, WallBending, Window};
-use crate::tool::{Side, Tool};
+use super::{Contact, Footprint, Method, Part, Pot, Press, Sink, Strength, Support, Surface, Window};
+use crate::tool::Side;
 
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
 /// by a hair. It is the step in which places travel.
 const EDGE_M: f32 = 1e-5;
 /// Area of the ellipse of a dent that is as deep everywhere, over that of its contact: 6/4, since its moments are taken for a paraboloid's.
 const AREA_EVEN: f32 = 1.5;
-
-/// What of its pressure a tool's force is where a wall gives way to it wholly, and where not at all: one that is spread over more than 31° to
-/// both sides does not bend it as a load in one place does, and over 65° it presses a third as much into an oval (`sin 2φ/2φ`).
-const ONE_SIDED: f32 = 0.95;
-const HELD: f32 = 0.8;
 
 /// Elastic-plastic clay with a rim.
 ///
@@ -110,28 +104,23 @@ impl PlasticCsem {
         let surface = pot.met_from(press.side);
         let step = Step::of(surface);
         let at = At { surface, press, step };
-        let braced = scratch.braced.take();
-        if braced.is_none() {
-            let behind_m = surface.inset_m(press.side);
-            let (contacts, cutter) = (&mut scratch.contacts, scratch.cutter.as_deref_mut());
-            apart(
-                simd,
-                #[inline(always)]
-                || contacts.gather::<S, true>(simd, surface, press, behind_m, cutter),
-            );
-            if scratch.contacts.elements == 0 && matches!(press.tool, Tool::Sphere(_)) {
-                scratch.contacts.gather_nearest(simd, surface, press, behind_m);
-            }
-        }
         footprint.reset(Window::default());
-        if scratch.contacts.elements == 0 {
-            return Contact::default();
-        }
+        let braced = match (scratch.braced.take(), pot.bending()) {
+            (None, Some(bending)) => self.bend(simd, pot, press, bending, scratch),
+            (braced, _) => braced,
+        };
         let way = match braced {
             // as it was looked at last
             Some(braced) => braced.way(),
-            None => self.bend(simd, pot, &at, &mut scratch.contacts, &mut scratch.joint),
+            None if pot.bending().is_some() => return Contact::default(),
+            None => {
+                find(simd, pot, press, 0.0, &mut scratch.contacts, scratch.cutter.as_deref_mut());
+                GivenWay::default()
+            }
         };
+        if scratch.contacts.elements == 0 {
+            return Contact::default();
+        }
         let contacts = &scratch.contacts;
         let met = self.meet(simd, &at, contacts, &way);
         let Some(Met { spot, pressure_pa, strain, slope, around, rim_width }) = met else {
@@ -183,7 +172,7 @@ impl PlasticCsem {
 
     /// What the clay opposes to penetrations; `None` where none is left.
     #[inline(always)]
-    fn meet<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<Met> {
+    pub(super) fn meet<S: Simd>(&self, simd: S, at: &At<'_>, contacts: &Contacts, way: &GivenWay) -> Option<Met> {
         let (ellipse, slope) = apart(
             simd,
             #[inline(always)]
@@ -233,101 +222,6 @@ impl PlasticCsem {
             spot,
         }
     }
-
-    /// Lets a wall with nothing behind it give way under the tool alone, and takes that off the penetrations.
-    #[inline(always)]
-    fn bend<S: Simd>(&self, simd: S, pot: &Pot, at: &At<'_>, contacts: &mut Contacts, joint: &mut Joint) -> GivenWay {
-        let Some(bending) = pot.bending() else { return GivenWay::default() };
-        let mut way = GivenWay::default();
-        let only = Standing::of(0, at.press, pot);
-        joint.settle(bending, core::iter::once(only), |_, given| {
-            way = *given;
-            self.seen(simd, at, bending, contacts, &Braced { found_m: 0.0, way, touched: true })
-        });
-        way
-    }
-
-    /// What is seen of a tool at a wall that has given way by so much more than where its contacts were found, m; nothing where none is left.
-    /// Only what is touched then is left of them.
-    #[inline(always)]
-    fn seen<S: Simd>(
-        &self,
-        simd: S,
-        at: &At<'_>,
-        bending: &WallBending,
-        contacts: &mut Contacts,
-        braced: &Braced,
-    ) -> Option<Seen> {
-        let Strength { yield_pa, youngs_pa } = at.press.strength;
-        let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let way = braced.way();
-                contacts.leave(simd, &way);
-                let met = self.meet(simd, at, contacts, &way)?;
-                let [carried, all] = radial(simd, at.press, &met.spot, contacts);
-                let ellipse = &met.spot.ellipse;
-                Some(Seen {
-                    load_m2: carried * (met.pressure_pa * at.step.element_rad_m) / youngs_pa,
-                    deepest_m: contacts.found_unbent().1 + braced.found_m,
-                    angle_rad: contacts.angle_rad,
-                    z_m: at.press.centre_m.z + ellipse.above_m,
-                    patch_m: ellipse.mean_half_m(),
-                    one_sided: ((carried / all - HELD) / (ONE_SIDED - HELD)).clamp(0.0, 1.0),
-                    hinge,
-                    fold_m: hinge.fold_m2 * bending.fold_compliance(at.press.centre_m.z),
-                })
-            },
-        )
-    }
-
-    /// Finds how far presses bend a wall together; see [`Method::brace`].
-    #[inline(always)]
-    fn brace_with<S: Simd>(
-        &self,
-        simd: S,
-        pot: &Pot,
-        presses: &[Part],
-        footprints: &mut [Footprint],
-        joint: &mut Joint,
-        mut cutter: Option<&mut Cutter>,
-    ) {
-        let Some(bending) = pot.bending() else { return };
-        footprints.iter_mut().for_each(|footprint| footprint.scratch.braced = None);
-        let sound = presses.iter().enumerate().filter(|(_, (_, press))| press.is_sound());
-        let tools = sound.map(|(number, (_, press))| Standing::of(number, press, pot));
-        let look = |number: usize, way: &GivenWay| {
-            let press = &presses[number].1;
-            let surface = pot.met_from(press.side);
-            let scratch = &mut footprints[number].scratch;
-            if scratch.braced.is_none_or(|braced| way.depth_m < braced.found_m) {
-                // some more, since the next look may be at a wall that is nearer
-                let found_m = 1.25 * way.depth_m.min(0.0);
-                let nearer = press.nearer(-found_m);
-                let (contacts, behind_m) = (&mut scratch.contacts, surface.inset_m(press.side));
-                simd.vectorize(
-                    #[inline(always)]
-                    || contacts.gather::<S, true>(simd, surface, &nearer, behind_m, cutter.as_deref_mut()),
-                );
-                let touched = scratch.braced.is_some_and(|braced| braced.touched);
-                scratch.braced = Some(Braced { found_m, way: *way, touched });
-            }
-            let braced = scratch.braced.as_mut()?;
-            braced.way = *way;
-            let contacts = &mut scratch.contacts;
-            if !contacts.found_unbent().0 {
-                return None;
-            }
-            braced.touched = true;
-            self.seen(simd, &At { surface, press, step: Step::of(surface) }, bending, contacts, braced)
-        };
-        joint.settle(bending, tools, look);
-        for footprint in footprints {
-            let braced = &mut footprint.scratch.braced;
-            *braced = braced.filter(|braced| braced.touched);
-        }
-    }
 }
 
 /// What stands behind a contact.
@@ -343,10 +237,10 @@ pub(super) struct Behind {
 
 /// A press on a surface, and the size of its elements.
 #[derive(Clone, Copy)]
-struct At<'a> {
-    surface: &'a Surface,
-    press: &'a Press,
-    step: Step,
+pub(super) struct At<'a> {
+    pub(super) surface: &'a Surface,
+    pub(super) press: &'a Press,
+    pub(super) step: Step,
 }
 
 /// How much of a press is sliding, and where to.
@@ -415,7 +309,7 @@ fn ahead(dent: &Ellipse, contact: &Ellipse, slope: f32, response: f32) -> f32 {
 }
 
 /// Away from the axis for a tool outside, towards it for one inside.
-const fn outwards(side: Side) -> f32 {
+pub(super) const fn outwards(side: Side) -> f32 {
     match side {
         Side::Outside => 1.0,
         Side::Inside => -1.0,
@@ -600,32 +494,4 @@ fn yields<S: Simd>(
         y += ahead_sum * (outwards * sin) + aside_sum * cos;
     }
     Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
-}
-
-/// Sums of share·area·(the normal's part along the tool's own ray, away from the clay) and of share·area, over the area of an element at
-/// radius 1.
-#[inline(always)]
-fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> [f32; 2] {
-    let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let [mut x, mut y, mut all] = [zero; 3];
-    let bed = spot.bed();
-    let outwards = outwards(press.side);
-    for stretch in contacts.stretches() {
-        let &Column { angle_rad, cos, sin, .. } = stretch.column;
-        let [mut ahead_sum, mut aside_sum] = [zero; 2];
-        for (chunk, above) in stretch.iter() {
-            let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
-            let depth = chunk.penetration_m.on(simd);
-            let (elastic, shape) = bed.depth_m(radius * angle_rad, above);
-            let carried = (depth / elastic).min(one) * shape * (radius - depth * outwards);
-            ahead_sum += carried;
-            aside_sum += carried * chunk.aside.on(simd);
-        }
-        all += ahead_sum;
-        let aside = aside_sum * outwards;
-        x += ahead_sum * cos - aside * sin;
-        y += ahead_sum * sin + aside * cos;
-    }
-    let (sin, cos) = libm::sincosf(contacts.angle_rad);
-    [sum(x) * cos + sum(y) * sin, sum(all)]
 }

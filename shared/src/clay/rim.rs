@@ -170,7 +170,7 @@ impl Rim<'_> {
         // the middle stands within half a column of its own
         let half_columns = (reach_rad / step.column_rad + 0.501) as u32;
         Window::around(surface.shape(), middle, half_columns, first_row, last_row)
-            .aligned(surface.shape(), LANES as u32)
+            .aligned(surface.shape().rows(), LANES as u32)
     }
 }
 

@@ -126,6 +126,19 @@ const fn seventh_root(number: f32) -> f32 {
 }
 
 impl Braced {
+    /// Where contacts are best found for a wall that has given way so: a wall that others push against the tool may come nearer, and of a wide tool's
+    /// depth up to twice as much may be left as it first seems, and half of that more where the wall bows.
+    pub(super) fn found_for(way: &GivenWay) -> f32 {
+        if way.depth_m < 0.0 { 1.25 * way.depth_m } else { (way.depth_m - 5.0 * way.bow_most_m).max(0.0) }
+    }
+
+    /// Whether contacts are to be found anew for a wall that has given way so.
+    pub(super) fn is_beyond(&self, way: &GivenWay) -> bool {
+        // a bow that is larger than the depth leaves off where the wall was
+        let nearest_m = if self.found_m > 0.0 { way.least_m() } else { way.depth_m };
+        nearest_m < self.found_m
+    }
+
     /// How much farther the wall has given way than where the contacts were found.
     pub(super) fn way(&self) -> GivenWay {
         GivenWay { depth_m: self.way.depth_m - self.found_m, ..self.way }

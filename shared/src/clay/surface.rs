@@ -81,7 +81,7 @@ impl Surface {
             bending,
             narrowest_m: radius_m,
             widest_m: radius_m,
-            directions: directions(shape),
+            directions: directions(shape.columns()),
             radii_m: alloc::vec![radius_m; shape.elements()],
         }
     }
@@ -526,11 +526,11 @@ impl Ledger {
 }
 
 /// Cosine and sine of every column's angle, so that no step asks for them.
-fn directions(shape: GridShape) -> Arc<[Vec2]> {
-    let turn = |column: u32| f64::from(column) * (core::f64::consts::TAU / f64::from(shape.columns()));
+pub(super) fn directions(columns: u32) -> Arc<[Vec2]> {
+    let turn = |column: u32| f64::from(column) * (core::f64::consts::TAU / f64::from(columns));
     let direction = |column| {
         let (sin, cos) = libm::sincos(turn(column));
         Vec2::new(cos as f32, sin as f32)
     };
-    (0..shape.columns()).map(direction).collect()
+    (0..columns).map(direction).collect()
 }

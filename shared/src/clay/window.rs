@@ -70,9 +70,9 @@ impl Window {
 
     /// This window grown to rows that are multiples of `step`, as far as the grid goes.
     #[must_use]
-    pub fn aligned(self, shape: GridShape, step: u32) -> Self {
+    pub fn aligned(self, rows: u32, step: u32) -> Self {
         let first_row = self.first_row / step * step;
-        let end_row = self.end_row().next_multiple_of(step).min(shape.rows());
+        let end_row = self.end_row().next_multiple_of(step).min(rows);
         Self { first_row, rows: end_row - first_row, ..self }
     }
 

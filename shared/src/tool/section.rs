@@ -295,6 +295,9 @@ impl Sections {
                     search.is_found = true;
                     search.begun.get_or_insert((search.side, true));
                     visited += 1;
+                    if is_far && way.nearest_m >= reach_m {
+                        continue;
+                    }
                     holds_axis |= way.nearest_m < 0.0 && !is_far;
                     let rows = self.slot(self.slots);
                     let (radii_m, facets) = if is_far {

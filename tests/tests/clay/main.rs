@@ -18,3 +18,4 @@ mod resample;
 mod targets;
 mod unfitted;
 mod wheel;
+mod wide;

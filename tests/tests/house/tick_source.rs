@@ -39,7 +39,7 @@ const ELSEWHERE: [&str; 7] = [
 ];
 
 /// Functions in the others that are beside the tick.
-const BESIDE: [(&str, &[&str]); 20] = [
+const BESIDE: [(&str, &[&str]); 21] = [
     // before the first tick and after the last
     ("client/src/haptic_loop.rs", &["new", "histogram"]),
     ("client/src/boundary.rs", &["boundary"]),
@@ -74,6 +74,7 @@ const BESIDE: [(&str, &[&str]); 20] = [
     ("shared/src/clay/joint.rs", &["with_room"]),
     ("shared/src/clay/lathe.rs", &["new"]),
     ("shared/src/clay/pot.rs", &["new", "on_grid"]),
+    ("shared/src/clay/rays.rs", &["with_room"]),
     ("shared/src/clay/rim.rs", &["with_room"]),
     ("shared/src/clay/schedule.rs", &["new"]),
     ("shared/src/clay/substep.rs", &["with_rack", "using", "rack"]),
