@@ -295,6 +295,7 @@ impl Sections {
                     search.is_found = true;
                     search.begun.get_or_insert((search.side, true));
                     visited += 1;
+                    // all of it is within reach, and the next may not be
                     if is_far && way.nearest_m >= reach_m {
                         continue;
                     }
