@@ -9,7 +9,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pottery_server::{Certificate, Helpers, server_config};
 use pottery_shared::protocol::{self, Notice, Refusal, VERSION};
@@ -77,12 +77,23 @@ fn smoke_run_ends_with_equal_clay_and_whole_figures() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_spawned_server_has_as_many_threads_as_it_is_asked_to_have() {
-    let workers = |threads| {
-        let host = Host::spawn(&program("pottery-server"), Some(threads), &Plan::default()).unwrap();
+    let named = |host: &Host| -> Vec<String> {
         let tasks = std::fs::read_dir(format!("/proc/{}/task", host.process())).unwrap();
-        let name =
-            |task: std::io::Result<std::fs::DirEntry>| std::fs::read_to_string(task.unwrap().path().join("comm"));
-        tasks.filter_map(|task| name(task).ok()).filter(|name| name.starts_with("tokio-rt-worker")).count()
+        tasks.filter_map(|task| std::fs::read_to_string(task.unwrap().path().join("comm")).ok()).collect()
+    };
+    let workers = |threads: u8| {
+        let host = Host::spawn(&program("pottery-server"), Some(threads), &Plan::default()).unwrap();
+        let begun = Instant::now();
+        // a thread goes by the name of the one that made it until it runs, which on a busy machine takes a while
+        loop {
+            let names = named(&host);
+            let are_all_named = names.iter().filter(|name| name.starts_with("pottery-server")).count() == 1;
+            let workers = names.iter().filter(|name| name.starts_with("tokio-rt-worker")).count();
+            if (are_all_named && workers == usize::from(threads)) || begun.elapsed() > Duration::from_secs(30) {
+                break workers;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
     };
     assert_eq!((workers(1), workers(3)), (1, 3));
 }
