@@ -65,17 +65,18 @@ impl<'a, S: Simd> Slices<'a, S> {
         Self { simd, tool, steps: tool.steps(), axes, lanes, rows, slack_rows, reach_m }
     }
 
-    /// For each half-plane a side that crosses it, from `side` on and from one to the next, as far as there are any; they follow
-    /// each other ahead, towards rising angle, or behind.
+    /// For each half-plane from number `first` on a side that crosses it, from `side` on and from one to the next, as far as there are any; they
+    /// follow each other ahead, towards rising angle, or behind.
     ///
     /// It goes over the facets at the height of `side`, and where that leads nowhere it climbs.
     #[inline(always)]
-    pub(super) fn crossings(&self, mut side: u16, count: usize, is_ahead: bool) -> [Option<u16>; LANES] {
-        let mut found = [None; LANES];
+    pub(super) fn crossings(&self, mut side: u16, is_ahead: bool, found: &mut [Option<u16>], first: usize) {
         let (mut at, [mut from, mut to], [mut from_height, mut to_height]) = self.set_out(side, is_ahead);
-        let (mut lane, mut facets) = (0, 0);
+        let mut facets = 0;
         let mut height = 0.5 * (from_height + to_height);
-        while lane < count {
+        let mut number = 0;
+        while number < found.len() {
+            let lane = first + number;
             let (is_from, is_to) = (from >> lane & 1 > 0, to >> lane & 1 > 0);
             if is_from != is_to {
                 side = if is_to { at } else { self.tool.twin(at) };
@@ -96,11 +97,10 @@ impl<'a, S: Simd> Slices<'a, S> {
                 facets += 1;
                 continue;
             }
-            found[lane] = Some(side);
+            found[number] = Some(side);
             height = 0.5 * (from_height + to_height);
-            (lane, facets) = (lane + 1, 0);
+            (number, facets) = (number + 1, 0);
         }
-        found
     }
 
     /// A side seen so that its facet lies ahead (or behind); of its ends the half-planes that they are beyond, and the heights in rows.

@@ -10,7 +10,7 @@ use core::ops::Range;
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 use super::ConvexTool;
-use super::outline::{Outline, Slices};
+use super::outline::{Outline, Slices, Way};
 use crate::lanes::{LANES, Simd, Vectors, root, with_vectors};
 
 /// Where a tool is held, and how it is turned.
@@ -226,44 +226,28 @@ impl Sections {
         let begun = if sides == Sides::Far { cut.farthest() } else { cut.nearest() };
         let Some((side, first)) = begun else { return };
         let columns = lattice.directions.len();
-        let mut ahead = Search { side, is_found: false, is_ahead: true, begun: None };
-        let visited = self.side_by_side(simd, &cut, &mut ahead, Ring { first, is_ahead: true, count: columns });
-        // the columns in reach stand side by side: behind the first one only if it is one of them, or none ahead is
-        let (side, is_found) = ahead.begun.unwrap_or((side, false));
-        let mut visited_behind = 0;
-        if is_found || !ahead.is_found {
-            let mut behind = Search { side, is_found, is_ahead: false, begun: None };
-            let ring = Ring { first: (first + columns - 1) % columns, is_ahead: false, count: columns - visited };
-            visited_behind = self.side_by_side(simd, &cut, &mut behind, ring);
-        }
-        self.columns = ((first + columns - visited_behind) % columns, visited + visited_behind);
-    }
-
-    /// Cuts columns one beside the other as long as the next one may be cut too; how many.
-    fn side_by_side<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, search: &mut Search, ring: Ring) -> usize {
-        let mut visited = 0;
-        while visited < ring.count {
-            let count = LANES.min(ring.count - visited);
-            let columns = core::array::from_fn(|lane| ring.column(visited + lane, cut.lattice.directions.len()));
-            let found = self.eight(simd, cut, search, columns, count);
-            visited += found;
-            if found < count {
+        let mut searches = [Search { side, gone: 0, is_found: false, has_ended: false }; 2];
+        loop {
+            let left = columns - searches[AHEAD].gone - searches[BEHIND].gone;
+            // half of them on either side as long as both go on: those as far from the first are about as long
+            let counts = match searches.each_ref().map(|search| search.has_ended) {
+                [false, false] => [left.div_ceil(2).min(LANES / 2), (left / 2).min(LANES / 2)],
+                [false, true] => [left.min(LANES), 0],
+                [true, false] => [0, left.min(LANES)],
+                [true, true] => break,
+            };
+            if counts == [0, 0] {
                 break;
             }
+            self.eight(simd, &cut, first, &mut searches, counts);
         }
-        visited
+        let [ahead, behind] = searches.map(|search| search.gone);
+        self.columns = ((first + columns - behind) % columns, ahead + behind);
     }
 
-    /// Cuts up to eight columns; how many before the neighbour of one may not be cut.
+    /// Cuts up to eight columns, so many of them ahead and behind, as long as the next one may be cut too.
     #[inline(never)]
-    fn eight<S: Simd>(
-        &mut self,
-        simd: S,
-        cut: &Cut<'_>,
-        search: &mut Search,
-        columns: [usize; LANES],
-        count: usize,
-    ) -> usize {
+    fn eight<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, first: usize, searches: &mut [Search; 2], counts: [usize; 2]) {
         simd.vectorize(
             #[inline(always)]
             || {
@@ -271,61 +255,78 @@ impl Sections {
                 // the far side is the near one of the other half of the plane; as a whole it may be within reach here and there
                 let (sense, reach_m) = if is_far { (-1.0, -cut.reach_m) } else { (1.0, cut.reach_m) };
                 let farthest_m = if is_far { f32::MAX } else { cut.reach_m };
+                let begins = [0, counts[AHEAD]];
+                let mut columns = [first; LANES];
+                for which in [AHEAD, BEHIND] {
+                    for number in 0..counts[which] {
+                        columns[begins[which] + number] = cut.column(first, which, searches[which].gone + number);
+                    }
+                }
                 let slices = cut.slices(simd, columns, sense, reach_m);
-                let crossings = slices.crossings(search.side, count, search.is_ahead);
+                let mut crossings = [None; LANES];
+                for which in [AHEAD, BEHIND] {
+                    let found = &mut crossings[begins[which]..][..counts[which]];
+                    slices.crossings(searches[which].side, which == AHEAD, found, begins[which]);
+                }
                 let ways = slices.walk(crossings, &mut self.outline);
                 let begun = self.spans.len();
-                let (mut visited, mut holds_axis) = (0, cut.sides == Sides::Both);
-                for (lane, way) in ways.iter().enumerate().take(count) {
-                    // the plane passes the tool by
-                    if crossings[lane].is_none() {
-                        break;
-                    }
-                    // too thin: a tip, behind which the tool may go on
-                    let way = way.as_ref();
-                    search.side = way.map_or(search.side, |way| self.outline.middle_side(way));
-                    let Some(way) = way.filter(|way| way.nearest_m <= farthest_m) else {
-                        if search.is_found {
+                let mut holds_axis = cut.sides == Sides::Both;
+                for which in [AHEAD, BEHIND] {
+                    for lane in begins[which]..begins[which] + counts[which] {
+                        let search = &mut searches[which];
+                        // the other side is where they are, or the plane passes the tool by
+                        if search.has_ended || crossings[lane].is_none() {
+                            search.has_ended = true;
                             break;
                         }
-                        search.begun.get_or_insert((search.side, false));
-                        visited += 1;
-                        continue;
-                    };
-                    search.is_found = true;
-                    search.begun.get_or_insert((search.side, true));
-                    visited += 1;
-                    // all of it is within reach, and the next may not be
-                    if is_far && way.nearest_m >= reach_m {
-                        continue;
+                        // too thin: a tip, behind which the tool may go on
+                        let way = ways[lane].as_ref();
+                        search.side = way.map_or(search.side, |way| self.outline.middle_side(way));
+                        let way = way.filter(|way| way.nearest_m <= farthest_m);
+                        if way.is_none() && search.is_found {
+                            search.has_ended = true;
+                            break;
+                        }
+                        search.gone += 1;
+                        let Some(way) = way else { continue };
+                        if !core::mem::replace(&mut search.is_found, true) {
+                            // those in reach stand side by side: on the other side only if the first one is among them
+                            let is_first = which == AHEAD && search.gone == 1;
+                            let other = &mut searches[1 - which];
+                            (other.is_found, other.has_ended) = (is_first, !is_first);
+                        }
+                        // all of it is within reach, and the next may not be
+                        if is_far && way.nearest_m >= reach_m {
+                            continue;
+                        }
+                        holds_axis |= way.nearest_m < 0.0 && !is_far;
+                        self.write(&slices, cut.sides, way, columns[lane] as u32, lane);
                     }
-                    holds_axis |= way.nearest_m < 0.0 && !is_far;
-                    let rows = self.slot(self.slots);
-                    let (radii_m, facets) = if is_far {
-                        (&mut self.far_m[rows.clone()], &mut self.far_facet[rows])
-                    } else {
-                        (&mut self.near_m[rows.clone()], &mut self.facet[rows])
-                    };
-                    let filled = slices.fill(way, &self.outline, radii_m, facets);
-                    let (first, end) = if is_far { in_front_of_axis(radii_m, filled) } else { filled };
-                    self.spans.push(Span {
-                        column: columns[lane] as u32,
-                        first_row: first as u32,
-                        end_row: end as u32,
-                        slot: self.slots,
-                        lane,
-                        last_side: (way.nearest_m < 0.0 || cut.sides == Sides::Both)
-                            .then(|| self.outline.last_side(way)),
-                    });
-                    self.slots += 1;
                 }
                 if holds_axis {
                     self.far(simd, cut, columns, begun);
                 }
                 self.end(begun);
-                visited
             },
-        )
+        );
+    }
+
+    /// Writes the rows of a way in a column, which is in one of eight.
+    #[inline(always)]
+    fn write<S: Simd>(&mut self, slices: &Slices<'_, S>, sides: Sides, way: &Way, column: u32, lane: usize) {
+        let (is_far, slot) = (sides == Sides::Far, self.slots);
+        let rows = self.slot(slot);
+        let (radii_m, facets) = if is_far {
+            (&mut self.far_m[rows.clone()], &mut self.far_facet[rows])
+        } else {
+            (&mut self.near_m[rows.clone()], &mut self.facet[rows])
+        };
+        let filled = slices.fill(way, &self.outline, radii_m, facets);
+        let (first, end) = if is_far { in_front_of_axis(radii_m, filled) } else { filled };
+        let goes_on = way.nearest_m < 0.0 || sides == Sides::Both;
+        let last_side = goes_on.then(|| self.outline.last_side(way));
+        self.spans.push(Span { column, first_row: first as u32, end_row: end as u32, slot, lane, last_side });
+        self.slots += 1;
     }
 
     /// Cuts the far side of the spans from number `begun` on, where it is wanted.
@@ -458,30 +459,20 @@ fn in_front_of_axis(far_m: &mut [f32], (mut first, mut end): (usize, usize)) -> 
     (first, end)
 }
 
-/// Where the search for the next column begins, and whether one in reach has been found.
+/// The search for columns from the first one on towards rising angle, and from the one before it on the other way.
+const AHEAD: usize = 0;
+const BEHIND: usize = 1;
+
+/// How far a search has come.
+#[derive(Clone, Copy)]
 struct Search {
+    /// Where that for the next column begins.
     side: u16,
+    /// Columns gone over.
+    gone: usize,
+    /// Whether one in reach has been found, and whether the next one cannot be cut.
     is_found: bool,
-    /// Whether it goes towards rising angle.
-    is_ahead: bool,
-    /// Side and finding after the first column.
-    begun: Option<(u16, bool)>,
-}
-
-/// Columns round the axis: the first, to which side they follow it, and how many.
-struct Ring {
-    first: usize,
-    is_ahead: bool,
-    count: usize,
-}
-
-impl Ring {
-    /// A column by its number. It is seldom more than there are, and a division would take longer than all the rest.
-    fn column(&self, number: usize, columns: usize) -> usize {
-        let number = if number < columns { number } else { number % columns };
-        let column = if self.is_ahead { self.first + number } else { self.first + columns - number };
-        if column < columns { column } else { column - columns }
-    }
+    has_ended: bool,
 }
 
 /// Tool, pose and lattice, brought together once a press.
@@ -517,6 +508,15 @@ impl<'a> Cut<'a> {
         }
         let (pose, rows) = ((&self.turn, self.centre_m), (self.lattice.rows, self.rows_per_m));
         Slices::new(simd, self.tool, pose, directions, rows, reach_m)
+    }
+
+    /// A column by its number in one of the searches that begin at the first. It is seldom beyond those that there are, and a division
+    /// would take longer than all the rest.
+    fn column(&self, first: usize, which: usize, number: usize) -> usize {
+        let columns = self.lattice.directions.len();
+        let number = if number < columns { number } else { number % columns };
+        let column = if which == AHEAD { first + number } else { first + columns - 1 - number };
+        if column < columns { column } else { column - columns }
     }
 
     /// A direction of the room in the tool's own coordinates.

@@ -336,9 +336,10 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
         display.run("xdotool", &["windowmove", "--sync", window, x, "0"]);
     }
     display.run("xdotool", &["windowfocus", &host_window, "mousemove", "250", "20"]);
-    let looks = |count| -> Vec<Vec<u8>> {
-        let look = |_| {
-            std::thread::sleep(Duration::from_millis(50));
+    // not in time with the pictures, of which there is one every so often in a turn of the wheel
+    let looks = |count: u64| -> Vec<Vec<u8>> {
+        let look = |number| {
+            std::thread::sleep(Duration::from_millis(35 + number * 19 % 31));
             display.pixels()
         };
         (0..count).map(look).collect()
@@ -356,7 +357,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     // all the way round: the pot turns, and what was thrown by hand is not quite round; a look that comes later is one of them once both
     // windows have drawn what there is
     let patience = Duration::from_secs(90);
-    let (mut before, deadline) = (looks(24), Instant::now() + patience);
+    let (mut before, deadline) = (looks(36), Instant::now() + patience);
     loop {
         std::thread::sleep(Duration::from_secs(1));
         let later = changed(&before, &display.pixels());
@@ -364,7 +365,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
             break;
         }
         assert!(Instant::now() < deadline, "{later:?} pixels of the two pots change though nobody presses");
-        before = looks(24);
+        before = looks(36);
     }
     // the middle of the host's pot, held for three turns of the wheel, and until the guest sees as well that something is there
     display.run("xdotool", &["mousemove", "250", "380"]);
@@ -386,7 +387,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     let (mut left, deadline) = ([usize::MAX; 2], Instant::now() + patience);
     while left.iter().zip(pressed).any(|(left, pressed)| *left >= pressed / 5) {
         assert!(Instant::now() < deadline, "{left:?} of {pressed:?} pixels of the two pots are still other");
-        for look in looks(4) {
+        for look in looks(5) {
             let other = changed(&before, &look);
             left = std::array::from_fn(|whose| left[whose].min(other[whose]));
         }

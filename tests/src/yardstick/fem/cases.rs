@@ -4,7 +4,7 @@
 //! Invariant: a case is made from its name alone.
 
 use super::element::Material;
-use super::press::{Case, Diverged, Pace, Press, Support, Wall};
+use super::press::{Case, Diverged, Pace, Press, Side, Support, Wall};
 use super::stroke::{self, Drawing};
 use super::tables::forces_to_csv;
 
@@ -70,6 +70,7 @@ fn backed(depths_mm: &[f64]) -> Case {
         wall: WALL,
         at_m: 0.1,
         ball_m: 0.012,
+        side: Side::Outside,
         support: Support::Backed,
         material: CLAY,
         assumed_shear: false,
@@ -86,6 +87,12 @@ fn hollow(depths_mm: &[f64], load_s_m: f64) -> Case {
         pace: Pace { load_s_m, ..HOLLOW_PACE },
         ..backed(depths_mm)
     }
+}
+
+/// A ball inside, on bricks as large as its contact allows.
+fn inside(ball_mm: f64, layers: usize, fine_mm: f64, fine_until_mm: f64) -> Case {
+    let case = of_ball(hollow(&[1.0, 2.0, 4.0], 100.0), ball_mm, fine_mm, fine_until_mm);
+    Case { side: Side::Inside, wall: Wall { layers, ..case.wall }, ..case }
 }
 
 fn of_clay(case: Case, young_mpa: f64, yield_kpa: f64) -> Case {
@@ -147,6 +154,10 @@ pub fn all() -> Vec<(&'static str, Kind)> {
             "held_e35y40_r70w7_ball14",
             of_clay(of_ball(of_wall(backed(&[1.0, 2.0, 4.0]), 70.0, 7.0, 6), 14.0, 1.2, 17.0), 3.5, 40.0),
         ),
+        ("inside_ball12", inside(12.0, 6, fine, 17.5)),
+        ("inside_ball20", inside(20.0, 6, fine, 20.0)),
+        ("inside_ball30", inside(30.0, 5, 1.6, 28.0)),
+        ("inside_ball40", inside(40.0, 4, 2.0, 36.0)),
         ("held_hollow_ball8", of_ball(hollow(&[2.0], 70.0), 8.0, 1.0, 14.0)),
         ("held_hollow_r50w5_ball16", of_ball(of_wall(hollow(&[1.0, 2.0], 70.0), 50.0, 5.0, 5), 16.0, fine, 19.0)),
     ];

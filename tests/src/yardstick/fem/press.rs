@@ -25,6 +25,15 @@ pub enum Support {
     },
 }
 
+/// Where the tool is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Outside of the pot.
+    Outside,
+    /// Inside of it, where nothing else may be.
+    Inside,
+}
+
 /// A wall and its mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
@@ -70,6 +79,8 @@ pub struct Case {
     pub at_m: f64,
     /// The ball's radius (m).
     pub ball_m: f64,
+    /// Where it is.
+    pub side: Side,
     /// Behind the wall.
     pub support: Support,
     /// The clay.
@@ -106,8 +117,9 @@ pub struct Press {
     pub body: Body,
     /// Rows so far.
     pub rows: Vec<Row>,
-    outer: Vec<u32>,
-    inner: Vec<u32>,
+    /// Nodes that the tool meets, and those of the other side.
+    met: Vec<u32>,
+    others: Vec<u32>,
     tip: usize,
     time_s: f64,
 }
@@ -123,7 +135,8 @@ impl Press {
         heights_m.extend(line(wall.height_m - case.at_m).iter().skip(1).map(|up_m| case.at_m + up_m));
         let radii_m = even(wall.radius_m - wall.wall_m, wall.radius_m, wall.layers);
         let mesh = Mesh::wall(&angles, &heights_m, &radii_m);
-        let tip = mesh.node(0, below.len() - 1, wall.layers);
+        let is_inside = case.side == Side::Inside;
+        let tip = mesh.node(0, below.len() - 1, if is_inside { 0 } else { wall.layers });
         let mut body = Body::new(mesh, case.material, case.pace.courant);
         body.assumed_shear = case.assumed_shear;
         let [columns, rows, layers] = body.mesh.counts;
@@ -138,12 +151,22 @@ impl Press {
             }
         }
         let (outer, inner) = sides(&body.mesh);
-        Self { case, body, rows: Vec::new(), outer, inner, tip, time_s: 0.0 }
+        let (met, others) = if is_inside { (inner, outer) } else { (outer, inner) };
+        Self { case, body, rows: Vec::new(), met, others, tip, time_s: 0.0 }
+    }
+
+    /// Radius of the side that the tool meets, before any load, and the sense of what goes out of the clay there.
+    fn met_m(&self) -> (f64, f64) {
+        let wall = &self.case.wall;
+        match self.case.side {
+            Side::Outside => (wall.radius_m, 1.0),
+            Side::Inside => (wall.radius_m - wall.wall_m, -1.0),
+        }
     }
 
     fn ball(&self, depth_m: f64) -> Obstacle {
-        let radius_m = self.case.ball_m;
-        Obstacle::Ball { centre_m: [self.case.wall.radius_m + radius_m - depth_m, 0.0, self.case.at_m], radius_m }
+        let (radius_m, (met_m, out)) = (self.case.ball_m, self.met_m());
+        Obstacle::Ball { centre_m: [met_m + out * (radius_m - depth_m), 0.0, self.case.at_m], radius_m }
     }
 
     fn behind(&self) -> Option<Obstacle> {
@@ -170,14 +193,14 @@ impl Press {
         while elapsed_s < time_s {
             elapsed_s += self.body.step_s;
             let depth_m = from_m + (to_m - from_m) * ramp((elapsed_s / time_s).min(1.0));
-            let ball = (self.ball(depth_m), self.outer.as_slice());
+            let ball = (self.ball(depth_m), self.met.as_slice());
             match behind {
-                Some(behind) => self.body.step(&[ball, (behind, &self.inner)], &mut reactions),
+                Some(behind) => self.body.step(&[ball, (behind, &self.others)], &mut reactions),
                 None => self.body.step(&[ball], &mut reactions[..1]),
             }
             self.time_s += self.body.step_s;
             // the mirrored half carries as much again
-            sum_n += 2.0 * reactions[0][0];
+            sum_n += 2.0 * self.met_m().1 * reactions[0][0];
             count += 1.0;
             if elapsed_s >= next_s.min(time_s) {
                 next_s += every_s;
@@ -190,7 +213,8 @@ impl Press {
 
     fn record(&mut self, depth_m: f64, force_n: f64) -> Result<(), Diverged> {
         let place = self.body.position[self.tip];
-        let tip_m = place[0].hypot(place[1]) - self.case.wall.radius_m;
+        let (met_m, out) = self.met_m();
+        let tip_m = out * (place[0].hypot(place[1]) - met_m);
         let kinetic_j = 2.0 * self.body.kinetic_j();
         if !(force_n.is_finite() && kinetic_j.is_finite()) {
             return Err(Diverged { time_s: self.time_s, courant: self.case.pace.courant });

@@ -17,7 +17,7 @@ pub struct Row {
     pub force_n: f64,
     /// Time (s).
     pub time_s: f64,
-    /// Radial displacement of the outer surface under the ball (m).
+    /// Radial displacement of the surface under the ball, out of the clay (m).
     pub tip_m: f64,
     /// Kinetic energy of the whole wall (J).
     pub kinetic_j: f64,
