@@ -146,6 +146,11 @@ impl WallBending {
         self.wall_m
     }
 
+    /// Length within which a shell bends, m: `√(R·t)`.
+    pub(super) fn length_m(&self) -> f32 {
+        libm::sqrtf(self.middle_m() * self.wall_m)
+    }
+
     /// Radius of the middle surface, m.
     fn middle_m(&self) -> f32 {
         self.radius_m - 0.5 * self.wall_m
@@ -198,10 +203,10 @@ impl WallBending {
     }
 
     fn plate(&self) -> Plate {
-        let (wall_m, radius_m) = (self.wall_m, self.middle_m());
+        let wall_m = self.wall_m;
         Plate {
             rigidity_m3: wall_m * wall_m * wall_m / (12.0 * (1.0 - POISSON * POISSON)),
-            reach_m: PLATE_REACH * libm::sqrtf(radius_m * wall_m),
+            reach_m: PLATE_REACH * self.length_m(),
         }
     }
 }

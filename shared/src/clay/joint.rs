@@ -86,6 +86,8 @@ struct At {
     standing: Standing,
     patch_m: f32,
     one_sided: f32,
+    /// See [`Seen::wider`], of the first look at which it touches: by how the wall gives way the contact changes, and what it folds under would with it.
+    wider: f32,
     /// By how much more one place gives way to another's load than where the wall is as thick as it was made: the product of both.
     softer: f64,
     /// See [`Seen::deepest_m`]; none while it has never touched.
@@ -131,13 +133,14 @@ impl At {
         (self.standing.angle_rad, self.standing.z_m) = (seen.angle_rad, seen.z_m);
         self.patch_m = seen.patch_m;
         if self.deepest_m.is_none() {
-            // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool
-            self.one_sided = seen.one_sided;
+            // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool, and
+            // folds under a contact that is wider the less it has
+            (self.one_sided, self.wider) = (seen.one_sided, seen.wider);
         }
         // as a plate folds
-        let thinner = self.standing.thickness * self.standing.thickness;
-        self.hinge = Hinge { fold_m2: seen.hinge.fold_m2 * thinner, ..seen.hinge };
-        self.fold_m = seen.fold_m * thinner * (self.softer * self.softer) as f32;
+        let firmer = self.wider * self.standing.thickness * self.standing.thickness;
+        self.hinge = Hinge { fold_m2: seen.hinge.fold_m2 * firmer, ..seen.hinge };
+        self.fold_m = seen.fold_m * firmer * (self.softer * self.softer) as f32;
         let left_m = deepest_m - self.given_m;
         if load_m2 > 0.0 && left_m > 0.0 {
             self.deepest_m = Some(deepest_m);
@@ -264,10 +267,10 @@ impl Joint {
     ///
     /// With the depth `p_i` of a tool at the unbent wall, its load `L_i` over Young's modulus, `s_i` its direction and `c_ij` the wall's
     /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
-    /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁶)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
+    /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁵)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
     /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
     /// balance does. Its steps are taken for the load that a wall bears which has given way so far: for how far it gives way under a load, they lead orders of
-    /// magnitude beyond where it folds, and come back by a seventh at a time. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
+    /// magnitude beyond where it folds, and come back by a sixth at a time. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
     pub(super) fn settle(
         &mut self,
         bending: &WallBending,
@@ -282,6 +285,7 @@ impl Joint {
             share: 1.0,
             fold_m: f32::MAX,
             one_sided: 1.0,
+            wider: 1.0,
             ..At::default()
         }));
         for tool in &mut self.tools {

@@ -23,8 +23,11 @@ const DEEP_MAX: f32 = 0.5;
 /// Largest share that rises, with what an open side adds: the finite elements go to 0.68, and a rim that gave back all would grow before
 /// a sliding tool without end.
 const RISES_MAX: f32 = 0.75;
-/// Sixth power of the force on a hollow wall, over that at which it folds, at which half of all that clay on it weakens is reached: the
-/// finite elements go to 1.3, and clay that went on weakening would let a tool through.
+/// Longest reach along the arc, over √(R·t), from which on a wall folds no later: that of a ball of 30 mm some 5 mm deep inside. One of 40 mm, which
+/// reaches farther, says no more.
+const WIDEST: f32 = 1.1;
+/// Fifth power of the force on a hollow wall, over that at which it folds, at which half of all that clay on it weakens is reached: the
+/// finite elements go beyond, and clay that went on weakening would let a tool through.
 const FOLDS_HALF: f32 = 1.4;
 /// Most by which a rim is uneven, where a tool is more than half as wide as the pot: no data are beyond a third.
 const AROUND_MAX: f32 = 0.5;
@@ -34,7 +37,8 @@ const AROUND_MAX: f32 = 0.5;
 /// The first twelve are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
 /// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125; other spheres, pots and clays are held
 /// out. What a quick press raises less is fitted by it to what a slow one leaves. The nine of sliding are fitted to balls of 12 and 20 mm drawn
-/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last two are fitted by it to the forces on balls of 12 and 20 mm pressed up to 4 mm into hollow pots, and to the pots' shapes.
+/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last six are fitted by it to the forces on balls of 12 to 40 mm pressed up
+/// to 6 mm into hollow pots, from outside and from inside, and to the pots' shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticLaw {
     /// Indentation pressure over yield stress of clay that flows wholly, under a tool without slope on a thick wall; Tabor 1951
@@ -82,9 +86,15 @@ pub struct PlasticLaw {
     pub slide_narrow: f32,
     /// By how much greater the force against the motion of a sliding tool is than its contact's shape makes it.
     pub slide_heap: f32,
-    /// By how much more a hollow wall gives way than an elastic one where the force on it is that at which a plate folds.
+    /// By how much larger the force is at which a hollow wall folds than that at which a plate does, over that, for each √(R·t) by which the tool
+    /// reaches farther along the arc into the wall as it was than a part of that: under a point a wall folds about the point, under a long tool about a
+    /// line as well.
+    pub wall_wider: f32,
+    /// That part.
+    pub wall_wider_from: f32,
+    /// By how much more a hollow wall gives way than an elastic one where the force on it is that at which it folds.
     pub wall_softer: f32,
-    /// What clay on a core bears over what it bears there, less 1, for each unit of the sixth power of that force: clay that is strained by
+    /// What clay on a core bears over what it bears there, less 1, for each unit of the fifth power of that force: clay that is strained by
     /// bending has less left for the tool.
     pub wall_weaker: f32,
     /// Share of what is pressed into a hollow wall by which its other skin goes along, for each unit by which the force is over a part of that at
@@ -119,10 +129,12 @@ impl PlasticLaw {
         slide_steep_from: 0.345,
         slide_narrow: 3.231,
         slide_heap: 0.328,
-        wall_softer: 0.304,
-        wall_weaker: 0.891,
-        wall_follows: 5.663,
-        wall_follows_from: 0.468,
+        wall_wider: 1.784,
+        wall_wider_from: 0.406,
+        wall_softer: 0.239,
+        wall_weaker: 0.856,
+        wall_follows: 6.399,
+        wall_follows_from: 0.481,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the
@@ -132,14 +144,20 @@ impl PlasticLaw {
         (flowing * strain / (strain + self.hardness_strain)).max(HARDNESS_MIN)
     }
 
-    /// What is left of the pressure on a hollow wall, for the sixth power of the force on it over that at which a plate folds.
+    /// The force at which a hollow wall folds under a tool that reaches into it, as it was, so many times √(R·t) to either side along the arc, over
+    /// that at which a plate does.
+    pub(super) fn folds_from(&self, reach: f32) -> f32 {
+        1.0 + self.wall_wider * (reach.min(WIDEST) - self.wall_wider_from).max(0.0)
+    }
+
+    /// What is left of the pressure on a hollow wall, for the fifth power of the force on it over that at which it folds.
     pub(super) fn unfolded(&self, folds: f32) -> f32 {
         1.0 / (1.0 + self.wall_weaker / (1.0 / folds + 1.0 / FOLDS_HALF))
     }
 
-    /// By how much of a dent the other skin of a wall goes along, from the sixth power of how near it is to folding.
+    /// By how much of a dent the other skin of a wall goes along, from the fifth power of how near it is to folding.
     pub(super) fn follows(&self, folds: f32) -> f32 {
-        let near = libm::cbrtf(libm::sqrtf(folds));
+        let near = libm::powf(folds, 0.2);
         (self.wall_follows * (near - self.wall_follows_from)).clamp(0.0, 1.0)
     }
 

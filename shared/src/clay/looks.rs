@@ -127,10 +127,10 @@ impl PlasticCsem {
         let &Pressed { pot, bending, press } = pressed;
         let at = At { surface: pot.met_from(press.side), press, step: *step };
         let Strength { yield_pa, youngs_pa } = press.strength;
-        let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
         let met = self.meet(simd, &at, contacts, way)?;
-        let [carried, all] = radial(simd, press, &met.spot, contacts);
+        let Borne { carried, all, half_rad } = borne(simd, press, &met.spot, contacts);
         let ellipse = &met.spot.ellipse;
+        let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
         Some(Seen {
             load_m2: carried * (met.pressure_pa * step.element_rad_m) / youngs_pa,
             deepest_m: contacts.found_unbent().1,
@@ -138,6 +138,7 @@ impl PlasticCsem {
             z_m: press.centre_m.z + ellipse.above_m,
             patch_m: ellipse.mean_half_m(),
             one_sided: ((carried / all - HELD) / (ONE_SIDED - HELD)).clamp(0.0, 1.0),
+            wider: self.law.folds_from(half_rad * ellipse.radius_m / bending.length_m()),
             hinge,
             fold_m: hinge.fold_m2 * bending.fold_compliance(press.centre_m.z),
         })
@@ -174,17 +175,26 @@ pub(super) fn find<S: Simd>(
     }
 }
 
-/// Sums of share·area·(the normal's part along the tool's own ray, away from the clay) and of share·area, over the area of an element at
-/// radius 1.
+/// How a contact is borne.
+struct Borne {
+    /// Sums of share·area·(the normal's part along the tool's own ray, away from the clay) and of share·area, over the area of an element at
+    /// radius 1.
+    carried: f32,
+    all: f32,
+    /// Half of what a paraboloid spans of the pot's turn that goes into the clay as widely as the tool does, rad: its edge, where the tool goes in by
+    /// nothing, tells nothing, wherever elements or rays lie there.
+    half_rad: f32,
+}
+
 #[inline(always)]
-fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> [f32; 2] {
+fn borne<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> Borne {
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-    let [mut x, mut y, mut all] = [zero; 3];
+    let [mut x, mut y, mut all, mut deep, mut away, mut away2] = [zero; 6];
     let bed = spot.bed();
     let outwards = outwards(press.side);
     for stretch in contacts.stretches() {
         let &Column { angle_rad, cos, sin, .. } = stretch.column;
-        let [mut ahead_sum, mut aside_sum] = [zero; 2];
+        let [mut ahead_sum, mut aside_sum, mut deep_sum] = [zero; 3];
         for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
             let depth = chunk.penetration_m.on(simd);
@@ -192,12 +202,23 @@ fn radial<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> 
             let carried = (depth / elastic).min(one) * shape * (radius - depth * outwards);
             ahead_sum += carried;
             aside_sum += carried * chunk.aside.on(simd);
+            deep_sum += depth;
         }
         all += ahead_sum;
+        deep += deep_sum;
+        let by_angle = deep_sum * angle_rad;
+        away += by_angle;
+        away2 += by_angle * angle_rad;
         let aside = aside_sum * outwards;
         x += ahead_sum * cos - aside * sin;
         y += ahead_sum * sin + aside * cos;
     }
     let (sin, cos) = libm::sincosf(contacts.angle_rad);
-    [sum(x) * cos + sum(y) * sin, sum(all)]
+    let deep = sum(deep);
+    let [mean, second] = [away, away2].map(|lanes| sum(lanes) / deep);
+    Borne {
+        carried: sum(x) * cos + sum(y) * sin,
+        all: sum(all),
+        half_rad: libm::sqrtf(6.0 * (second - mean * mean).max(0.0)),
+    }
 }

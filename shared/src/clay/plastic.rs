@@ -54,12 +54,13 @@ const AREA_EVEN: f32 = 1.5;
 ///   `g = (s² − 0.35)⁺` the pressure is less by `0.26·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
 ///   what of the force is against the motion is 0.33·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
-///   `w = C·F/E·(1 + α·(F/F₀)⁶)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4`, at which a plate folds, and more where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
-///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.89·f/(1 + f/1.4)` times less, `f = (F/F₀)⁶`. All of w
+///   `w = C·F/E·(1 + α·(F/F₀)⁵)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4·(1 + 1.78·(d − 0.406)⁺)`, at which a plate folds, and later under a
+///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
+///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. All of w
 ///   springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
 ///   folds there the sum of theirs within the cone to which it folds (`clay::joint`). Clay between a tool and one on the other side that takes up a
 ///   share b of its load is as on a core in the middle of the wall: a/t stands for `2·b·a/t`. With what yields the wall's other skin goes along by
-///   `5.66·(F/F₀ − 0.468)`, from nothing to all of it.
+///   `6.40·(F/F₀ − 0.481)`, from nothing to all of it.
 ///
 /// `tests/tests/clay/reference.rs`, `tests/tests/clay/hollow.rs` and `tests/tests/clay/pinch.rs` hold it to the finite-element dents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

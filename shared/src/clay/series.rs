@@ -24,7 +24,7 @@ pub(super) struct GivenWay {
     /// Share of its load that tools on the other side take up, over half of the wall's thickness, 1/m: clay between two tools is as on a core
     /// that lies in the middle of the wall.
     pub(super) layer_per_m: f32,
-    /// Sixth power of how near the wall is to folding: see [`Hinge`].
+    /// Fifth power of how near the wall is to folding: see [`Hinge`].
     pub(super) folds: f32,
     /// Whether it folds away from the tool, and not against it.
     pub(super) folds_away: bool,
@@ -53,13 +53,15 @@ pub(super) struct Seen {
     pub(super) patch_m: f32,
     /// How far the load is from one side, from nothing to 1.
     pub(super) one_sided: f32,
-    /// When the wall yields.
+    /// By how much larger the load is under which the wall folds than under a point.
+    pub(super) wider: f32,
+    /// When the wall yields, under a point.
     pub(super) hinge: Hinge,
     /// How far an elastic wall would give way to the force at which it folds, m, whatever the contact is.
     pub(super) fold_m: f32,
 }
 
-/// How a wall yields where it bends most: it gives way by `C·L·(1 + α·(L/P)⁶)` under the load L, with an elastic wall's compliance
+/// How a wall yields where it bends most: it gives way by `C·L·(1 + α·(L/P)⁵)` under the load L, with an elastic wall's compliance
 /// C and the load P at which a plate folds (Ramberg and Osgood 1943 for the form).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hinge {
@@ -77,52 +79,52 @@ impl Default for Hinge {
 }
 
 impl Hinge {
-    /// Newton's steps, from a start that is at most a seventh too high: what is left is below the rounding of `f32`.
+    /// Newton's steps, from a start that is at most a sixth too high: what is left is below the rounding of `f32`.
     const STEPS: u32 = 4;
-    /// Farthest beyond folding, so that its sixth power is finite on the way to a balance.
+    /// Farthest beyond folding, so that its fifth power is finite on the way to a balance.
     const OVER_MAX: f32 = 1e6;
 
-    /// `(L/P)⁶`.
+    /// `(L/P)⁵`.
     fn folds(&self, load_m2: f32) -> f32 {
-        sixth((load_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX))
+        fifth((load_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX))
     }
 
-    /// The same for what gives way by so much in all, as an elastic wall's load: `L·(1 + α·(L/P)⁶)`.
+    /// The same for what gives way by so much in all, as an elastic wall's load: `L·(1 + α·(L/P)⁵)`.
     pub(super) fn folds_at(&self, elastic_m2: f32) -> f32 {
         self.folds(self.load_m2(elastic_m2.abs()))
     }
 
-    /// `α·(L/P)⁶`.
+    /// `α·(L/P)⁵`.
     pub(super) fn softer(&self, load_m2: f32) -> f32 {
         self.share * self.folds(load_m2)
     }
 
-    /// L for `L·(1 + α·(L/P)⁶)`, which is an elastic wall's load for the same depth, m².
+    /// L for `L·(1 + α·(L/P)⁵)`, which is an elastic wall's load for the same depth, m².
     pub(super) fn load_m2(&self, elastic_m2: f32) -> f32 {
         let elastic = (elastic_m2 / self.fold_m2).clamp(-Self::OVER_MAX, Self::OVER_MAX);
-        let softer = self.share * sixth(elastic);
+        let softer = self.share * fifth(elastic);
         if softer < 1e-6 {
             return elastic_m2;
         }
-        // where either summand is by far the larger that is it, and in between too much by a seventh
-        let mut over = elastic / seventh_root(1.0 + softer);
+        // where either summand is by far the larger that is it, and in between too much by a sixth
+        let mut over = elastic / sixth_root(1.0 + softer);
         for _ in 0..Self::STEPS {
-            let softer = self.share * sixth(over);
-            over -= (over * (1.0 + softer) - elastic) / (1.0 + 7.0 * softer);
+            let softer = self.share * fifth(over);
+            over -= (over * (1.0 + softer) - elastic) / (1.0 + 6.0 * softer);
         }
         over * self.fold_m2
     }
 }
 
-fn sixth(number: f32) -> f32 {
+fn fifth(number: f32) -> f32 {
     let square = number * number;
-    square * square * square
+    square * square * number.abs()
 }
 
-/// The seventh root of a number from 1 on, or up to 6 % more: that a number's bits are its logarithm, nearly, is enough to begin with.
-const fn seventh_root(number: f32) -> f32 {
+/// The sixth root of a number from 1 on, or up to 6 % more: that a number's bits are its logarithm, nearly, is enough to begin with.
+const fn sixth_root(number: f32) -> f32 {
     let one = 1.0_f32.to_bits();
-    f32::from_bits(one + (number.to_bits() - one) / 7)
+    f32::from_bits(one + (number.to_bits() - one) / 6)
 }
 
 impl Braced {

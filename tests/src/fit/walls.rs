@@ -4,36 +4,65 @@
 //! Owns the list of files and what of a curve is compared; surfaces are [`super::dents`]'.
 //! Invariant: a curve is read once, on its first way in.
 
-use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw, Support};
+use glam::Vec3;
+use pottery_shared::clay::{GridShape, Material, PlasticCsem, PlasticLaw, Pot, Press, SubStep, Support};
+use pottery_shared::tool::{Side, Sphere};
+use pottery_shared::units::Tick;
 
 use super::dents::{KnownDent, STOPS_WITHIN_MM};
 use super::{FitError, Fitted, STEPS_IN, misfits, simplex};
 use crate::chart::cases::{BASE, Scene};
-use crate::dent::Dent;
+use crate::dent::{Dent, DentError};
 use crate::reference::ForceCurve;
 
-/// Travels that are compared, mm.
-const DEPTHS_MM: [f32; 5] = [0.5, 1.0, 2.0, 3.0, 4.0];
+/// Travels that are compared, mm, of those that a ball reaches.
+const DEPTHS_MM: &[f32] = &[0.5, 1.0, 2.0, 3.0, 4.0];
+/// Steps in which a ball comes in from inside, and after which it rests.
+const INSIDE_STEPS_IN: u32 = 60;
+const INSIDE_STEPS: u32 = 300;
+
 struct File {
     scene: Scene,
+    side: Side,
+    depths_mm: &'static [f32],
     force: &'static str,
 }
 
 macro_rules! file {
-    ($name:literal, $scene:expr) => {
+    ($name:literal, $side:ident, $scene:expr) => {
+        file!($name, $side, $scene, DEPTHS_MM)
+    };
+    ($name:literal, $side:ident, $scene:expr, $depths_mm:expr) => {
         File {
-            scene: Scene { name: concat!("hollow_", $name), ..$scene },
-            force: include_str!(concat!("../../data/fem/hollow_", $name, "_depth_force.csv")),
+            scene: Scene { name: $name, ..$scene },
+            side: Side::$side,
+            depths_mm: $depths_mm,
+            force: include_str!(concat!("../../data/fem/", $name, "_depth_force.csv")),
         }
     };
 }
 
 const FILES: &[File] = &[
-    file!("base", BASE),
-    file!("ball20", Scene { tool_mm: 20.0, ..BASE }),
-    file!("e1y15", Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }),
-    file!("r40w6", Scene { pot_mm: [40.0, 6.0], ..BASE }),
-    file!("wall12", Scene { pot_mm: [60.0, 12.0], ..BASE }),
+    file!("hollow_base", Outside, BASE),
+    file!("hollow_base_d6", Outside, BASE, &[6.0]),
+    file!("hollow_ball20", Outside, Scene { tool_mm: 20.0, ..BASE }),
+    file!("hollow_e1y15", Outside, Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }),
+    file!("hollow_r40w6", Outside, Scene { pot_mm: [40.0, 6.0], ..BASE }),
+    file!("hollow_wall12", Outside, Scene { pot_mm: [60.0, 12.0], ..BASE }),
+    file!("inside_ball12", Inside, BASE),
+    file!("inside_ball20", Inside, Scene { tool_mm: 20.0, ..BASE }),
+    file!("inside_ball20_d6", Inside, Scene { tool_mm: 20.0, ..BASE }, &[6.0]),
+    file!("inside_ball20_y20", Inside, Scene { tool_mm: 20.0, yield_kpa: 20.0, ..BASE }, &[4.0]),
+    file!("inside_ball30", Inside, Scene { tool_mm: 30.0, ..BASE }),
+    file!("inside_ball40", Inside, Scene { tool_mm: 40.0, ..BASE }),
+];
+
+const HELD_OUT: &[File] = &[
+    file!("held_hollow_ball20", Outside, Scene { tool_mm: 20.0, ..BASE }, &[4.0]),
+    file!("held_hollow_ball8", Outside, Scene { tool_mm: 8.0, ..BASE }, &[2.0]),
+    file!("held_hollow_r50w5_ball16", Outside, Scene { pot_mm: [50.0, 5.0], tool_mm: 16.0, ..BASE }, &[1.0, 2.0]),
+    file!("held_inside_ball30_d6", Inside, Scene { tool_mm: 30.0, ..BASE }, &[6.0]),
+    file!("held_inside_ball40_d6", Inside, Scene { tool_mm: 40.0, ..BASE }, &[6.0]),
 ];
 
 /// A hollow pot pressed to a depth, and what force that takes.
@@ -43,26 +72,45 @@ pub struct KnownForce {
     pub name: &'static str,
     /// The press.
     pub dent: Dent,
+    /// From where it is made.
+    pub side: Side,
     /// The reference's force at that depth, and its largest, N.
     pub force_n: f64,
     /// See `force_n`.
     pub largest_force_n: f64,
 }
 
-/// Every finite-element force on a hollow wall, to be found again on a grid.
+/// Every finite-element force on a hollow wall that the law is fitted to, to be found again on a grid.
 ///
 /// # Errors
-/// [`FitError::Reference`] when a file is damaged.
+/// [`FitError`] when a file is damaged or knows no force at its travel.
 pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
+    read(FILES, grid)
+}
+
+/// Those that nothing is fitted to.
+///
+/// # Errors
+/// As [`finite_elements`].
+pub fn held_out(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
+    read(HELD_OUT, grid)
+}
+
+fn read(files: &[File], grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
     let mut known = Vec::new();
-    for File { scene, force } in FILES {
-        let file = || format!("{}_depth_force.csv", scene.name);
-        let curve = ForceCurve::parse(force).map_err(|source| FitError::Reference { file: file(), source })?;
-        for depth_mm in DEPTHS_MM {
-            let Some(force_n) = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM) else { continue };
+    for &File { ref scene, side, depths_mm, force } in files {
+        let file = format!("{}_depth_force.csv", scene.name);
+        let curve = ForceCurve::parse(force).map_err(|source| FitError::Reference { file: file.clone(), source })?;
+        for &depth_mm in depths_mm {
+            let Some(force_n) = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM) else {
+                if depths_mm == DEPTHS_MM {
+                    continue;
+                }
+                return Err(FitError::Force { file, depth_mm });
+            };
             let mut dent = scene.dent(grid, depth_mm, false);
             (dent.pot.support, dent.pot.keeps_volume) = (Support::Hollow, false);
-            known.push(KnownForce { name: scene.name, dent, force_n, largest_force_n: curve.largest_n() });
+            known.push(KnownForce { name: scene.name, dent, side, force_n, largest_force_n: curve.largest_n() });
         }
     }
     Ok(known)
@@ -73,22 +121,54 @@ pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
 /// # Errors
 /// [`FitError::Dent`] for figures that make no sense.
 pub fn errors(law: PlasticLaw, known: &[KnownForce]) -> Result<Vec<f64>, FitError> {
-    known
-        .iter()
-        .map(|known| {
-            let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
-            Ok((f64::from(pressed.contact().force_n.x) - known.force_n) / known.largest_force_n)
-        })
-        .collect()
+    known.iter().map(|known| Ok((known.borne_n(law)? - known.force_n) / known.largest_force_n)).collect()
+}
+
+impl KnownForce {
+    /// Travel, mm.
+    #[must_use]
+    pub fn depth_mm(&self) -> f32 {
+        self.dent.depth.as_mm()
+    }
+
+    /// Radial force on the ball when it has come to rest, N.
+    ///
+    /// # Errors
+    /// [`FitError::Dent`] for figures that make no sense.
+    pub fn borne_n(&self, law: PlasticLaw) -> Result<f64, FitError> {
+        let method = PlasticCsem { law };
+        let force_n = match self.side {
+            Side::Outside => self.dent.press_with(method, STEPS_IN)?.contact().force_n.x,
+            Side::Inside => -inside(&self.dent, method)?.x,
+        };
+        Ok(force_n.into())
+    }
+}
+
+/// Force on a ball that is pressed into a wall from inside and has come to rest, N.
+fn inside(dent: &Dent, method: PlasticCsem) -> Result<Vec3, DentError> {
+    let Dent { pot, strength, tool, depth, .. } = *dent;
+    let (mut substep, mut pot) = (SubStep::for_grid(pot.shape), Pot::new(pot)?);
+    let (wall_m, middle_m) = (pot.spec().radius.0 - pot.spec().wall.0, 0.5 * pot.spec().height.0);
+    let tool = Sphere::new(tool)?;
+    let response = Material { viscosity: Material::VISCOSITY_MIN, ..Material::default() }.response(Tick::PERIOD);
+    let mut force_n = Vec3::ZERO;
+    for number in 1..=INSIDE_STEPS {
+        let deep_m = depth.0 * (number as f32 / INSIDE_STEPS_IN as f32).min(1.0);
+        let at_m = Vec3::new(wall_m - tool.radius().0 + deep_m, 0.0, middle_m);
+        let press = Press { side: Side::Inside, response, strength, ..Press::held(tool, at_m) };
+        force_n = substep.advance(&mut pot, &[press], method, |_, _| {})[0].force_n;
+    }
+    Ok(force_n)
 }
 
 /// Constants of a hollow wall, in this order.
-pub const HOLLOW: [&str; 2] = ["wall_softer", "wall_weaker"];
+pub const HOLLOW: [&str; 4] = ["wall_wider", "wall_wider_from", "wall_softer", "wall_weaker"];
 
 /// The constants of a hollow wall.
 #[must_use]
-pub fn hollow(law: &PlasticLaw) -> [f64; 2] {
-    [law.wall_softer, law.wall_weaker].map(f64::from)
+pub fn hollow(law: &PlasticLaw) -> [f64; 4] {
+    [law.wall_wider, law.wall_wider_from, law.wall_softer, law.wall_weaker].map(f64::from)
 }
 
 /// Root mean square of the errors of a law's forces, and the mean over dents of hollow walls of the root mean squares of both surfaces,
@@ -103,7 +183,7 @@ pub fn score(law: PlasticLaw, forces: &[KnownForce], dents: &[KnownDent]) -> Res
     Ok((errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt() + surfaces)
 }
 
-/// Fits both constants, with all else of `start` held.
+/// Fits these constants, with all else of `start` held.
 ///
 /// # Errors
 /// [`FitError::Dent`] for figures that make no sense.
@@ -114,9 +194,9 @@ pub fn fit(
     iterations: u32,
     tell: impl FnMut(u32, f64),
 ) -> Result<Fitted, FitError> {
-    let law = |at: [f64; 2]| {
-        let [wall_softer, wall_weaker] = at.map(|value| value.max(0.0) as f32);
-        PlasticLaw { wall_softer, wall_weaker, ..start }
+    let law = |at: [f64; 4]| {
+        let [wall_wider, wall_wider_from, wall_softer, wall_weaker] = at.map(|value| value.max(0.0) as f32);
+        PlasticLaw { wall_wider, wall_wider_from, wall_softer, wall_weaker, ..start }
     };
     let found = simplex::descend(hollow(&start), iterations, |at| score(law(at), forces, dents), tell)?;
     Ok(Fitted { law: law(found.at), score: found.value })

@@ -70,12 +70,14 @@ fn ball_that_fills_the_pot_is_felt_evenly_the_deeper_it_goes() {
         let steps_n: Vec<f32> = forces_n.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let most_n = steps_n.iter().copied().fold(0.0, f32::max);
         let least_n = steps_n.iter().copied().fold(0.0, f32::min);
+        let leap_n = steps_n.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
         println!(
-            "{radius_mm} mm: {:.2} to {:.2} N, a twentieth of a millimetre is {least_n:.3} to {most_n:.3} N more",
+            "{radius_mm} mm: {:.2} to {:.2} N, a twentieth of a millimetre is {least_n:.3} to {most_n:.3} N more, by {leap_n:.3} N from one to the next",
             forces_n[0], forces_n[79]
         );
         assert!(forces_n[79] > 1.5 * forces_n[0]);
-        assert!(most_n < 0.1 && least_n > -0.02);
+        // of the finite elements' ball of 40 mm a twentieth is 0.115 N more from 4 to 6 mm
+        assert!(most_n < 0.2 && least_n > -0.02 && leap_n < 0.1);
     }
 }
 

@@ -90,8 +90,8 @@ fn hollow(depths_mm: &[f64], load_s_m: f64) -> Case {
 }
 
 /// A ball inside, on bricks as large as its contact allows.
-fn inside(ball_mm: f64, layers: usize, fine_mm: f64, fine_until_mm: f64) -> Case {
-    let case = of_ball(hollow(&[1.0, 2.0, 4.0], 100.0), ball_mm, fine_mm, fine_until_mm);
+fn inside(depths_mm: &[f64], ball_mm: f64, layers: usize, [fine_mm, fine_until_mm]: [f64; 2]) -> Case {
+    let case = of_ball(hollow(depths_mm, 100.0), ball_mm, fine_mm, fine_until_mm);
     Case { side: Side::Inside, wall: Wall { layers, ..case.wall }, ..case }
 }
 
@@ -137,10 +137,17 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("backed_wall5", of_wall(backed(&[2.0]), 60.0, 5.0, 5)),
         ("loose_base", Case { support: Support::Loose, ..backed(&[1.0, 2.0]) }),
         ("hollow_base", hollow(&[1.0, 2.0, 4.0], 100.0)),
+        ("hollow_base_d6", of_ball(hollow(&[6.0], 100.0), 12.0, fine, 20.0)),
         ("hollow_ball20", of_ball(hollow(&[2.0], 70.0), 20.0, fine, 22.0)),
         ("hollow_r40w6", of_wall(hollow(&[2.0], 70.0), 40.0, 6.0, 6)),
         ("hollow_e1y15", of_clay(hollow(&[2.0], 70.0), 1.0, 15.0)),
         ("hollow_wall12", of_wall(hollow(&[2.0], 70.0), 60.0, 12.0, 8)),
+        ("inside_ball12", inside(&[1.0, 2.0, 4.0], 12.0, 6, [fine, 17.5])),
+        ("inside_ball20", inside(&[1.0, 2.0, 4.0], 20.0, 6, [fine, 20.0])),
+        ("inside_ball20_d6", inside(&[6.0], 20.0, 6, [fine, 22.0])),
+        ("inside_ball20_y20", of_clay(inside(&[4.0], 20.0, 6, [fine, 20.0]), 2.0, 20.0)),
+        ("inside_ball30", inside(&[1.0, 2.0, 4.0], 30.0, 5, [1.6, 28.0])),
+        ("inside_ball40", inside(&[1.0, 2.0, 4.0], 40.0, 4, [2.0, 36.0])),
     ];
     // no constant of the studio's clay was fitted to these
     let held_out = [
@@ -154,10 +161,9 @@ pub fn all() -> Vec<(&'static str, Kind)> {
             "held_e35y40_r70w7_ball14",
             of_clay(of_ball(of_wall(backed(&[1.0, 2.0, 4.0]), 70.0, 7.0, 6), 14.0, 1.2, 17.0), 3.5, 40.0),
         ),
-        ("inside_ball12", inside(12.0, 6, fine, 17.5)),
-        ("inside_ball20", inside(20.0, 6, fine, 20.0)),
-        ("inside_ball30", inside(30.0, 5, 1.6, 28.0)),
-        ("inside_ball40", inside(40.0, 4, 2.0, 36.0)),
+        ("held_hollow_ball20", of_ball(hollow(&[2.0, 4.0], 100.0), 20.0, fine, 24.0)),
+        ("held_inside_ball30_d6", inside(&[6.0], 30.0, 5, [1.6, 30.0])),
+        ("held_inside_ball40_d6", inside(&[6.0], 40.0, 4, [2.0, 38.0])),
         ("held_hollow_ball8", of_ball(hollow(&[2.0], 70.0), 8.0, 1.0, 14.0)),
         ("held_hollow_r50w5_ball16", of_ball(of_wall(hollow(&[1.0, 2.0], 70.0), 50.0, 5.0, 5), 16.0, fine, 19.0)),
     ];
