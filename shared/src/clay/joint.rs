@@ -86,7 +86,8 @@ struct At {
     standing: Standing,
     patch_m: f32,
     one_sided: f32,
-    /// See [`Seen::wider`], of the first look at which it touches: by how the wall gives way the contact changes, and what it folds under would with it.
+    /// See [`Seen::wider`], of the first look at which it touches: of the contact that is left later a wall would fold the later the less it has
+    /// given way, which has two ends.
     wider: f32,
     /// By how much more one place gives way to another's load than where the wall is as thick as it was made: the product of both.
     softer: f64,
@@ -133,8 +134,7 @@ impl At {
         (self.standing.angle_rad, self.standing.z_m) = (seen.angle_rad, seen.z_m);
         self.patch_m = seen.patch_m;
         if self.deepest_m.is_none() {
-            // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool, and
-            // folds under a contact that is wider the less it has
+            // of the wall as it was: one that has given way is touched on one side in the end, whatever held the tool
             (self.one_sided, self.wider) = (seen.one_sided, seen.wider);
         }
         // as a plate folds
