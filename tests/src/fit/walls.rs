@@ -1,5 +1,5 @@
-//! Hollow pots pressed to every depth that the finite elements know a force at: how much a wall softens that yields, and the clay at
-//! it; and how far the inner wall goes with a dent outside.
+//! Hollow pots pressed from outside and from inside to depths that the finite elements know a force at: when a wall folds, how much it
+//! softens then, and the clay at it; and how far the inner wall goes with a dent outside.
 //!
 //! Owns the list of files and what of a curve is compared; surfaces are [`super::dents`]'.
 //! Invariant: a curve is read once, on its first way in.
@@ -15,8 +15,9 @@ use crate::chart::cases::{BASE, Scene};
 use crate::dent::{Dent, DentError};
 use crate::reference::ForceCurve;
 
-/// Travels that are compared, mm, of those that a ball reaches.
-const DEPTHS_MM: &[f32] = &[0.5, 1.0, 2.0, 3.0, 4.0];
+/// Travels that are compared, mm, of presses up to 2 and 4 mm.
+const TO_2_MM: &[f32] = &[0.5, 1.0, 2.0];
+const TO_4_MM: &[f32] = &[0.5, 1.0, 2.0, 3.0, 4.0];
 /// Steps in which a ball comes in from inside, and after which it rests.
 const INSIDE_STEPS_IN: u32 = 60;
 const INSIDE_STEPS: u32 = 300;
@@ -29,9 +30,6 @@ struct File {
 }
 
 macro_rules! file {
-    ($name:literal, $side:ident, $scene:expr) => {
-        file!($name, $side, $scene, DEPTHS_MM)
-    };
     ($name:literal, $side:ident, $scene:expr, $depths_mm:expr) => {
         File {
             scene: Scene { name: $name, ..$scene },
@@ -43,18 +41,18 @@ macro_rules! file {
 }
 
 const FILES: &[File] = &[
-    file!("hollow_base", Outside, BASE),
+    file!("hollow_base", Outside, BASE, TO_4_MM),
     file!("hollow_base_d6", Outside, BASE, &[6.0]),
-    file!("hollow_ball20", Outside, Scene { tool_mm: 20.0, ..BASE }),
-    file!("hollow_e1y15", Outside, Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }),
-    file!("hollow_r40w6", Outside, Scene { pot_mm: [40.0, 6.0], ..BASE }),
-    file!("hollow_wall12", Outside, Scene { pot_mm: [60.0, 12.0], ..BASE }),
-    file!("inside_ball12", Inside, BASE),
-    file!("inside_ball20", Inside, Scene { tool_mm: 20.0, ..BASE }),
+    file!("hollow_ball20", Outside, Scene { tool_mm: 20.0, ..BASE }, TO_2_MM),
+    file!("hollow_e1y15", Outside, Scene { youngs_mpa: 1.0, yield_kpa: 15.0, ..BASE }, TO_2_MM),
+    file!("hollow_r40w6", Outside, Scene { pot_mm: [40.0, 6.0], ..BASE }, TO_2_MM),
+    file!("hollow_wall12", Outside, Scene { pot_mm: [60.0, 12.0], ..BASE }, TO_2_MM),
+    file!("inside_ball12", Inside, BASE, TO_4_MM),
+    file!("inside_ball20", Inside, Scene { tool_mm: 20.0, ..BASE }, TO_4_MM),
     file!("inside_ball20_d6", Inside, Scene { tool_mm: 20.0, ..BASE }, &[6.0]),
     file!("inside_ball20_y20", Inside, Scene { tool_mm: 20.0, yield_kpa: 20.0, ..BASE }, &[4.0]),
-    file!("inside_ball30", Inside, Scene { tool_mm: 30.0, ..BASE }),
-    file!("inside_ball40", Inside, Scene { tool_mm: 40.0, ..BASE }),
+    file!("inside_ball30", Inside, Scene { tool_mm: 30.0, ..BASE }, TO_4_MM),
+    file!("inside_ball40", Inside, Scene { tool_mm: 40.0, ..BASE }, TO_4_MM),
 ];
 
 const HELD_OUT: &[File] = &[
@@ -102,12 +100,8 @@ fn read(files: &[File], grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
         let file = format!("{}_depth_force.csv", scene.name);
         let curve = ForceCurve::parse(force).map_err(|source| FitError::Reference { file: file.clone(), source })?;
         for &depth_mm in depths_mm {
-            let Some(force_n) = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM) else {
-                if depths_mm == DEPTHS_MM {
-                    continue;
-                }
-                return Err(FitError::Force { file, depth_mm });
-            };
+            let reached = curve.first_at_n(f64::from(depth_mm) - STOPS_WITHIN_MM);
+            let force_n = reached.ok_or_else(|| FitError::Force { file: file.clone(), depth_mm })?;
             let mut dent = scene.dent(grid, depth_mm, false);
             (dent.pot.support, dent.pot.keeps_volume) = (Support::Hollow, false);
             known.push(KnownForce { name: scene.name, dent, side, force_n, largest_force_n: curve.largest_n() });

@@ -60,8 +60,10 @@ impl Inside {
 
 #[test]
 fn ball_that_fills_the_pot_is_felt_evenly_the_deeper_it_goes() {
-    for (radius_mm, shape) in
-        [(40.0, GridShape::PAPER), (30.0, GridShape::PAPER), (40.0, GridShape::new(720, 800).unwrap())]
+    let fine = GridShape::new(720, 800).unwrap();
+    // from 4 to 6 mm a twentieth is 0.115 and 0.08 N more of the finite elements' balls of 40 and 30 mm
+    for (radius_mm, shape, within_n) in
+        [(40.0, GridShape::PAPER, 0.16), (30.0, GridShape::PAPER, 0.13), (40.0, fine, 0.16)]
     {
         let mut inside = Inside::ball(radius_mm, shape);
         let forces_n: Vec<f32> = (40..120)
@@ -76,8 +78,7 @@ fn ball_that_fills_the_pot_is_felt_evenly_the_deeper_it_goes() {
             forces_n[0], forces_n[79]
         );
         assert!(forces_n[79] > 1.5 * forces_n[0]);
-        // of the finite elements' ball of 40 mm a twentieth is 0.115 N more from 4 to 6 mm
-        assert!(most_n < 0.2 && least_n > -0.02 && leap_n < 0.1);
+        assert!(most_n < within_n && least_n > -0.02 && leap_n < 0.1);
     }
 }
 
