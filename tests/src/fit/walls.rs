@@ -61,6 +61,19 @@ const HELD_OUT: &[File] = &[
     file!("held_hollow_r50w5_ball16", Outside, Scene { pot_mm: [50.0, 5.0], tool_mm: 16.0, ..BASE }, &[1.0, 2.0]),
     file!("held_inside_ball30_d6", Inside, Scene { tool_mm: 30.0, ..BASE }, &[6.0]),
     file!("held_inside_ball40_d6", Inside, Scene { tool_mm: 40.0, ..BASE }, &[6.0]),
+    file!("held_hollow_ball20_y80", Outside, Scene { tool_mm: 20.0, yield_kpa: 80.0, ..BASE }, &[4.0]),
+    file!("held_inside_ball20_y80", Inside, Scene { tool_mm: 20.0, yield_kpa: 80.0, ..BASE }, &[4.0]),
+];
+
+/// Yield stress of clay that does not yield under any of the balls, kPa.
+const ELASTIC_KPA: f32 = 1000.0;
+
+const ELASTIC: &[File] = &[
+    file!("hollow_ball20_elastic", Outside, Scene { tool_mm: 20.0, yield_kpa: ELASTIC_KPA, ..BASE }, &[4.0]),
+    file!("hollow_ball40_elastic", Outside, Scene { tool_mm: 40.0, yield_kpa: ELASTIC_KPA, ..BASE }, &[4.0]),
+    file!("inside_ball12_elastic", Inside, Scene { yield_kpa: ELASTIC_KPA, ..BASE }, &[4.0]),
+    file!("inside_ball20_elastic", Inside, Scene { tool_mm: 20.0, yield_kpa: ELASTIC_KPA, ..BASE }, &[4.0]),
+    file!("inside_ball40_elastic", Inside, Scene { tool_mm: 40.0, yield_kpa: ELASTIC_KPA, ..BASE }, &[6.0]),
 ];
 
 /// A hollow pot pressed to a depth, and what force that takes.
@@ -92,6 +105,14 @@ pub fn finite_elements(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
 /// As [`finite_elements`].
 pub fn held_out(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
     read(HELD_OUT, grid)
+}
+
+/// Those of walls that never yield: how a wall bends alone. Nothing is fitted to them.
+///
+/// # Errors
+/// As [`finite_elements`].
+pub fn elastic(grid: GridShape) -> Result<Vec<KnownForce>, FitError> {
+    read(ELASTIC, grid)
 }
 
 fn read(files: &[File], grid: GridShape) -> Result<Vec<KnownForce>, FitError> {

@@ -99,6 +99,16 @@ fn of_clay(case: Case, young_mpa: f64, yield_kpa: f64) -> Case {
     Case { material: Material { young_pa: 1e6 * young_mpa, yield_pa: 1e3 * yield_kpa, ..CLAY }, ..case }
 }
 
+/// From outside, on the bricks of a press from inside.
+fn outside(case: Case) -> Case {
+    Case { side: Side::Outside, ..case }
+}
+
+/// Of clay that never yields.
+fn elastic(case: Case) -> Case {
+    of_clay(case, 2.0, 1000.0)
+}
+
 fn of_wall(case: Case, radius_mm: f64, wall_mm: f64, layers: usize) -> Case {
     Case { wall: Wall { radius_m: 1e-3 * radius_mm, wall_m: 1e-3 * wall_mm, layers, ..case.wall }, ..case }
 }
@@ -148,6 +158,11 @@ pub fn all() -> Vec<(&'static str, Kind)> {
         ("inside_ball20_y20", of_clay(inside(&[4.0], 20.0, 6, [fine, 20.0]), 2.0, 20.0)),
         ("inside_ball30", inside(&[1.0, 2.0, 4.0], 30.0, 5, [1.6, 28.0])),
         ("inside_ball40", inside(&[1.0, 2.0, 4.0], 40.0, 4, [2.0, 36.0])),
+        ("inside_ball12_elastic", elastic(inside(&[4.0], 12.0, 6, [fine, 20.0]))),
+        ("inside_ball20_elastic", elastic(inside(&[4.0], 20.0, 5, [1.6, 24.0]))),
+        ("inside_ball40_elastic", elastic(inside(&[6.0], 40.0, 4, [2.0, 38.0]))),
+        ("hollow_ball20_elastic", outside(elastic(inside(&[4.0], 20.0, 5, [1.6, 24.0])))),
+        ("hollow_ball40_elastic", outside(elastic(inside(&[4.0], 40.0, 4, [2.0, 30.0])))),
     ];
     // no constant of the studio's clay was fitted to these
     let held_out = [
@@ -162,6 +177,8 @@ pub fn all() -> Vec<(&'static str, Kind)> {
             of_clay(of_ball(of_wall(backed(&[1.0, 2.0, 4.0]), 70.0, 7.0, 6), 14.0, 1.2, 17.0), 3.5, 40.0),
         ),
         ("held_hollow_ball20", of_ball(hollow(&[2.0, 4.0], 100.0), 20.0, fine, 24.0)),
+        ("held_inside_ball20_y80", of_clay(inside(&[4.0], 20.0, 5, [1.6, 24.0]), 2.0, 80.0)),
+        ("held_hollow_ball20_y80", outside(of_clay(inside(&[4.0], 20.0, 5, [1.6, 24.0]), 2.0, 80.0))),
         ("held_inside_ball30_d6", inside(&[6.0], 30.0, 5, [1.6, 30.0])),
         ("held_inside_ball40_d6", inside(&[6.0], 40.0, 4, [2.0, 38.0])),
         ("held_hollow_ball8", of_ball(hollow(&[2.0], 70.0), 8.0, 1.0, 14.0)),
