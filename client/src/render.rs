@@ -10,6 +10,8 @@
 
 mod bends;
 mod camera;
+mod deflection;
+mod deflection_map;
 mod enlarge;
 mod finish;
 mod frame;
@@ -32,6 +34,7 @@ mod water;
 mod water_map;
 
 pub use camera::Camera;
+pub use deflection::Deflection;
 pub use finish::Finish;
 pub use gallery::{GalleryRenderer, GalleryScene, WheelView};
 pub use gpu::{Gpu, GpuAhead, GpuError};

@@ -1,4 +1,4 @@
-// Walls, rim and floor of the pot; follows transform.wgsl, frame.wgsl and light.wgsl.
+// Walls, rim and floor of the pot; follows transform.wgsl, deflection.wgsl, frame.wgsl and light.wgsl.
 
 @group(2) @binding(0) var relief: texture_2d<f32>;
 @group(2) @binding(1) var relief_filter: sampler;
@@ -15,7 +15,7 @@ struct Wall {
 @vertex
 fn wall_vertex(@builtin(vertex_index) vertex_index: u32) -> Wall {
     let at = mesh_element(skin, vertex_index);
-    let element = element_at(skin, radii, at.x, at.y);
+    let element = deflected_element_at(skin, radii, at.x, at.y);
     var wall: Wall;
     wall.position_m = room_from_pot(element.position_m);
     wall.normal = room_from_pot(element.normal);
@@ -29,7 +29,11 @@ fn wall_fragment(wall: Wall) -> @location(0) vec4<f32> {
     let texel = (wall.element + 0.5) / vec2<f32>(f32(skin.rows), f32(skin.columns));
     let known = textureSample(relief, relief_filter, texel);
     let radius_m = length(wall.position_m.xy);
-    let detailed = skin.facing * normal_from_slopes(wall.position_m.xy / radius_m, radius_m, known.xy);
+    var slopes = known.xy;
+    if skin.deflects != 0u {
+        slopes -= deflection_at(wall.element.y / f32(skin.columns), wall.element.x / f32(skin.rows - 1u)).yz;
+    }
+    let detailed = skin.facing * normal_from_slopes(wall.position_m.xy / radius_m, radius_m, slopes);
     // where a pixel spans several vertices the mesh's own normal is the steadier mean of them
     let spans = fwidth(wall.element) / vec2<f32>(f32(skin.row_stride), f32(skin.column_stride));
     let span = max(spans.x, spans.y);

@@ -85,7 +85,7 @@ pub(super) struct SkinUniform {
     reach_columns: u32,
     reach_rows: u32,
     first_column: u32,
-    padding: u32,
+    deflects: u32,
 }
 
 impl SkinUniform {
@@ -103,13 +103,18 @@ impl SkinUniform {
             reach_columns: reach(shape.column_angle_rad() * USUAL_RADIUS_M).min(shape.columns() / 4),
             reach_rows: reach(row_height_m).min(shape.rows() - 1),
             first_column: 0,
-            padding: 0,
+            deflects: 0,
         }
     }
 
     /// The same for radii that stand behind others in their texture.
     pub(super) const fn beginning_at(self, first_column: u32) -> Self {
         Self { first_column, ..self }
+    }
+
+    /// The same for a wall that is drawn as it has given way.
+    pub(super) fn deflecting(self, deflects: bool) -> Self {
+        Self { deflects: u32::from(deflects), ..self }
     }
 
     /// Elements (columns, rows) round a changed one whose light changes with it.

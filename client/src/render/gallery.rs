@@ -10,6 +10,7 @@ use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Skin, Window};
 use pottery_shared::snapshot::Touched;
 use wgpu::util::DeviceExt;
 
+use super::deflection_map::DeflectionMap;
 use super::frame::{FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::parts;
 use super::mesh::Stride;
@@ -107,7 +108,7 @@ impl GalleryRenderer {
         let frame = uniform_buffer::<FrameUniform>(&device, "frame");
         let mut water = WaterMap::new(&device);
         water.show(gpu.queue(), None);
-        let frame_group = layouts.bind_frame(&device, &frame, &water.view, &water.filter);
+        let frame_group = layouts.bind_frame(&device, &frame, &water, &DeflectionMap::new(&device));
         let skin = inner_skin(pot);
         let (shape, surfaces) = (pot.spec().shape, pot.surfaces().len() as u32);
         let first_row = first_row(pot, skin);

@@ -3,8 +3,10 @@
 //! Owns the bind group layouts and every pipeline; knows no pot.
 //! Group 0 is the frame, group 1 a skin with its radii, group 2 the relief or the skin on the other side of the rim.
 
+use super::deflection_map::DeflectionMap;
 use super::shader::{self, ShaderText};
 use super::solid;
+use super::water_map::WaterMap;
 
 /// Format of the relief map: filtered by WebGL2 as well, a slope of 1 to 0.1 %.
 pub(super) const RELIEF_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -34,6 +36,7 @@ impl Layouts {
                     uniform(0, both),
                     texture(1, wgpu::ShaderStages::FRAGMENT, filterable(true)),
                     filter(2, wgpu::ShaderStages::FRAGMENT),
+                    texture(3, both, filterable(false)),
                 ],
             ),
             gallery: layout("gallery", &[uniform(0, both)]),
@@ -49,16 +52,17 @@ impl Layouts {
         &self,
         device: &wgpu::Device,
         uniform: &wgpu::Buffer,
-        water: &wgpu::TextureView,
-        filter: &wgpu::Sampler,
+        water: &WaterMap,
+        deflection: &DeflectionMap,
     ) -> wgpu::BindGroup {
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("frame"),
             layout: &self.frame,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(water) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(filter) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&water.view) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&water.filter) },
+                wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&deflection.view) },
             ],
         })
     }

@@ -8,6 +8,7 @@ use pottery_shared::clay::{GridShape, Pot, Skin, Surface, Window};
 use pottery_shared::snapshot::Touched;
 
 use super::bends::Bends;
+use super::deflection_map::DeflectionMap;
 use super::enlarge::Enlarger;
 use super::frame::{self, FrameUniform, Outline, SkinUniform, first_row};
 use super::grid::GridTextures;
@@ -17,7 +18,7 @@ use super::readback::{self, RenderError, texels};
 use super::solid::Solids;
 use super::targets::Targets;
 use super::water_map::WaterMap;
-use super::{Gpu, Scene, ToolView};
+use super::{Deflection, Gpu, Scene, ToolView};
 
 /// Vertices of the shapes that the shaders make up, as `scenery.wgsl`, `tool.wgsl` and `rim.wgsl` count them.
 const HEAD_VERTICES: u32 = 3 * 128 * 6;
@@ -84,6 +85,7 @@ pub struct PotRenderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     water: WaterMap,
+    deflection: DeflectionMap,
     grids: Vec<GridTextures>,
     /// How much each surface bends.
     bends: Vec<Bends>,
@@ -117,7 +119,8 @@ impl PotRenderer {
         let pipelines = Pipelines::new(&device, &layouts, color_format, samples);
         let frame = uniform_buffer::<FrameUniform>(&device, "frame");
         let water = WaterMap::new(&device);
-        let frame_group = layouts.bind_frame(&device, &frame, &water.view, &water.filter);
+        let deflection = DeflectionMap::new(&device);
+        let frame_group = layouts.bind_frame(&device, &frame, &water, &deflection);
         let grids: Vec<_> =
             pot.surfaces().iter().map(|surface| GridTextures::new(&device, &layouts, surface)).collect();
         let skins = pot.skins().into_iter().map(|skin| {
@@ -138,6 +141,7 @@ impl PotRenderer {
             frame,
             frame_group,
             water,
+            deflection,
             bends: pot.surfaces().iter().map(|surface| Bends::new(surface.shape())).collect(),
             grids,
             skins,
@@ -268,6 +272,7 @@ impl PotRenderer {
         let frame = FrameUniform::new(scene, &tools, &self.outline, aspect, !self.format.is_srgb());
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         self.water.show(&self.queue, scene.water);
+        self.deflection.show(&self.queue, scene.deflection);
         let meshes = self.choose_meshes(scene, aspect, height);
         for grid in &mut self.grids {
             grid.refresh(encoder, &self.pipelines);
@@ -309,7 +314,8 @@ impl PotRenderer {
             let row_m = drawing.row_height_m;
             let missed_m = |stride| self.bends[drawing.skin.surface].missed_m(stride);
             let stride = Stride::for_screen(px_per_m, [column_m, row_m], vertex_px, outline_px, missed_m);
-            let uniform = SkinUniform::new(drawing.shape, row_m, drawing.skin, drawing.first_row, stride);
+            let uniform = SkinUniform::new(drawing.shape, row_m, drawing.skin, drawing.first_row, stride)
+                .deflecting(scene.deflection.is_some_and(Deflection::is_any));
             self.queue.write_buffer(&drawing.uniform, 0, bytemuck::bytes_of(&uniform));
             chosen.push((stride, self.meshes.find(&self.device, drawing.shape, drawing.first_row, stride)));
         }

@@ -1,4 +1,4 @@
-// The lip between two skins, the floor within, and the face where the pot is cut; follows transform.wgsl, frame.wgsl, light.wgsl and body.wgsl.
+// The lip between two skins, the floor within, and the face where the pot is cut; follows transform.wgsl, deflection.wgsl, frame.wgsl, light.wgsl and body.wgsl.
 
 @group(2) @binding(0) var<uniform> inner: Skin;
 @group(2) @binding(1) var inner_radii: texture_2d<f32>;
@@ -21,8 +21,8 @@ fn lip_vertex(@builtin(vertex_index) vertex_index: u32) -> Lip {
     let upper = u32(corner == 2u || corner == 4u || corner == 5u);
     let column = min((patch_index / LIP_STEPS + right) * skin.column_stride, skin.columns);
     let across = f32(patch_index % LIP_STEPS + upper) / f32(LIP_STEPS);
-    let outer_edge = element_at(skin, radii, column, skin.rows - 1u);
-    let inner_edge = element_at(inner, inner_radii, column * inner.columns / skin.columns, inner.rows - 1u);
+    let outer_edge = deflected_element_at(skin, radii, column, skin.rows - 1u);
+    let inner_edge = deflected_element_at(inner, inner_radii, column * inner.columns / skin.columns, inner.rows - 1u);
     let angle = across * 2.0 * QUARTER_TURN;
     let half_m = 0.5 * length(outer_edge.position_m.xy - inner_edge.position_m.xy);
     let rise_m = 2.0 * LIP_RISE * half_m;
@@ -55,7 +55,7 @@ struct Floor {
 fn floor_vertex(@builtin(vertex_index) vertex_index: u32) -> Floor {
     let corner = vertex_index % 3u;
     let column = min((vertex_index / 3u + corner / 2u) * skin.column_stride, skin.columns);
-    var point = element_at(skin, radii, column, skin.first_row).position_m;
+    var point = deflected_element_at(skin, radii, column, skin.first_row).position_m;
     if corner == 0u {
         point = vec3<f32>(0.0, 0.0, point.z);
     }
@@ -94,8 +94,8 @@ fn section_vertex(@builtin(vertex_index) vertex_index: u32, @builtin(instance_in
     let row = min((segment + upper) * skin.row_stride, skin.rows - 1u);
     let inner_row = row * (inner.rows - 1u) / (skin.rows - 1u);
     let is_floor = (segment + 1u) * skin.row_stride <= inner.first_row;
-    let outer_edge = element_at(skin, radii, outer_column, row);
-    let inner_edge = element_at(inner, inner_radii, inner_column, inner_row);
+    let outer_edge = deflected_element_at(skin, radii, outer_column, row);
+    let inner_edge = deflected_element_at(inner, inner_radii, inner_column, inner_row);
     var cut: Floor;
     cut.position_m = outer_edge.position_m;
     if towards_axis {

@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use pottery_shared::clay::Phase;
 use pottery_shared::tool::{ConvexTool, Tool};
 
-use super::{Camera, Finish, Water};
+use super::{Camera, Deflection, Finish, Water};
 
 /// One picture's worth of the studio.
 #[derive(Clone, Debug)]
@@ -23,6 +23,8 @@ pub struct Scene<'a> {
     pub wetness: f32,
     /// Where it is wet and where it has dried; none for wet all over.
     pub water: Option<&'a Water>,
+    /// How far its wall has given way under the tools; none for a wall that stands as its radii say.
+    pub deflection: Option<&'a Deflection>,
     /// What the pot is shown as.
     pub finish: Finish,
     /// Whether the half of the pot that is nearer to the camera is cut away, to the column, so that its wall shows.
@@ -44,6 +46,7 @@ impl Default for Scene<'_> {
             rack: &[],
             wetness: 0.8,
             water: None,
+            deflection: None,
             finish: Finish::default(),
             is_cut: false,
         }

@@ -30,9 +30,9 @@ macro_rules! module {
 pub(super) const RELIEF: ShaderText = module!("relief": "transform.wgsl", "relief.wgsl");
 pub(super) const PROBE: ShaderText = module!("probe": "transform.wgsl", "probe.wgsl");
 pub(super) const CLAY: ShaderText =
-    module!("clay": "transform.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "clay.wgsl");
+    module!("clay": "transform.wgsl", "deflection.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "clay.wgsl");
 pub(super) const RIM: ShaderText =
-    module!("rim": "transform.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "rim.wgsl");
+    module!("rim": "transform.wgsl", "deflection.wgsl", "frame.wgsl", "light.wgsl", "body.wgsl", "rim.wgsl");
 pub(super) const TOOL: ShaderText = module!("tool": "frame.wgsl", "light.wgsl", "tool.wgsl");
 pub(super) const SCENERY: ShaderText = module!("scenery": "frame.wgsl", "light.wgsl", "body.wgsl", "scenery.wgsl");
 pub(super) const ENLARGE: ShaderText = module!("enlarge": "enlarge.wgsl");

@@ -21,7 +21,8 @@ struct Skin {
     reach_rows: u32,
     // where the pot's first column lies among the radii: there may be many pots in one texture
     first_column: u32,
-    padding: u32,
+    // 1 where the wall is drawn as it has given way
+    deflects: u32,
 }
 
 struct Element {
@@ -90,9 +91,14 @@ fn normal_from_slopes(circle: vec2<f32>, radius_m: f32, slopes: vec2<f32>) -> ve
 }
 
 fn element_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32) -> Element {
+    return moved_element_at(on, grid, column, row, vec3<f32>(0.0));
+}
+
+// The same where it has moved away from the axis, by so much (m) and more from angle to angle (m/rad) and from height to height (m/m).
+fn moved_element_at(on: Skin, grid: texture_2d<f32>, column: u32, row: u32, moved: vec3<f32>) -> Element {
     let circle = column_circle(on.columns, column);
-    let radius_m = radius_at(grid, on.first_column + column % on.columns, row) - on.inset_m;
-    let slopes = slopes_at(on, grid, column, row);
+    let radius_m = radius_at(grid, on.first_column + column % on.columns, row) - on.inset_m + moved.x;
+    let slopes = slopes_at(on, grid, column, row) + moved.yz;
     var element: Element;
     element.position_m = vec3<f32>(radius_m * circle, f32(row) * on.row_height_m);
     element.normal = on.facing * normal_from_slopes(circle, radius_m, slopes);

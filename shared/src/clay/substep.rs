@@ -311,6 +311,22 @@ impl SubStep {
         contact
     }
 
+    /// What `pot` opposes to tools that stand at it at once, without being moved by them: one contact a press, in order.
+    pub fn feel_together(&mut self, pot: &Pot, presses: &[Press], method: impl Method) -> &[Contact] {
+        let mut all = core::mem::take(&mut self.parts);
+        all.clear();
+        all.extend(presses.iter().map(|press| (usize::MAX, *press)));
+        self.contacts.clear();
+        self.contacts.resize(presses.len(), Contact::default());
+        self.make_room(pot.spec().shape, all.len());
+        self.brace(pot, &all, all.len(), &method);
+        for (at, press) in presses.iter().enumerate() {
+            self.contacts[at] = self.press_one(pot, press, at, &method);
+        }
+        self.parts = all;
+        &self.contacts
+    }
+
     fn advance_once(
         &mut self,
         pot: &mut Pot,

@@ -231,8 +231,8 @@ impl Replay {
 
     /// The convex tools of the wheel, by their number.
     #[must_use]
-    pub fn rack(&self) -> &[ConvexTool] {
-        self.substep.tools()
+    pub fn rack(&self) -> Arc<[ConvexTool]> {
+        self.substep.rack()
     }
 
     /// The people, ascending, each with the sample of its tool that was pressed last.

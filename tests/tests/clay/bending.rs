@@ -29,6 +29,28 @@ fn yardstick([radius_mm, wall_mm, height_mm]: [f32; 3], harmonics: usize) -> Com
 }
 
 #[test]
+fn all_places_at_once_bend_as_each_does_by_itself() {
+    let wall = WallBending::new(0.06, 0.008, 0.2);
+    for (angle_rad, z_m, patch_m, hinge_m) in
+        [(0.0, 0.1, 0.006, 0.0), (2.9, 0.185, 0.004, 5e-4), (-1.3, 0.02, 0.0, 1e-4)]
+    {
+        let bend = wall.under(2.0 / 2e6, hinge_m, angle_rad, z_m, patch_m);
+        // a pot that has grown by a tenth
+        let (columns, rows, height_m) = (36, 23, 0.22);
+        let mut all_m = vec![1e-3; columns * rows];
+        bend.add_to(&mut all_m, rows, height_m);
+        for (number, found_m) in all_m.iter().enumerate() {
+            let (column, row) = (number / rows, number % rows);
+            let at_m = bend.at_m(
+                column as f32 / columns as f32 * std::f32::consts::TAU,
+                row as f32 / (rows - 1) as f32 * height_m,
+            );
+            assert!((found_m - 1e-3 - at_m).abs() < 2e-8, "column {column}, row {row}: {found_m} and {at_m}");
+        }
+    }
+}
+
+#[test]
 fn what_one_height_does_to_another_is_what_the_other_does_to_it() {
     for pot in POTS {
         let wall = bending(pot);

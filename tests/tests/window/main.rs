@@ -1,6 +1,7 @@
 //! Pictures and windows, and the programs as a person starts them.
 
 mod crossing;
+mod deflection;
 mod device_fitting;
 mod force;
 mod gallery;

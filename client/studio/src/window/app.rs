@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use glam::Vec2;
 use pottery_client::device::Pointer;
 use pottery_client::pot_file::PotFile;
-use pottery_client::render::{Camera, GpuAhead, Scene, ToolView, Water};
+use pottery_client::render::{Camera, Deflection, GpuAhead, Scene, ToolView, Water};
 use pottery_client::view::Link;
 use pottery_client::{Command, Potter};
 use pottery_shared::clay::{Material, Phase, Preset, Target, Wetness};
@@ -133,6 +133,8 @@ pub(super) struct App {
     next_frame: Instant,
     /// The water on the clay, and when the clay itself was last made drier.
     water: Water,
+    /// How far the wall has given way under the tools.
+    deflection: Deflection,
     dried_at: Instant,
     /// Whether the pot is shown cut open.
     is_cut: bool,
@@ -251,6 +253,7 @@ impl App {
             last_frame: Instant::now(),
             next_frame: Instant::now(),
             water: Water::default(),
+            deflection: Deflection::default(),
             dried_at: Instant::now(),
             is_cut: false,
             drawn_phase: Phase::default(),
@@ -407,6 +410,8 @@ impl App {
             touching.map(|tool| (tool.centre_m, tool.tool.sphere().map_or(WET_HAND_M, |sphere| sphere.radius().0)));
         let height_m = view.pot.surfaces()[0].height_m();
         self.water.pass(self.potter.tick(), &view.conditions, height_m, hands);
+        let touching = tools.iter().filter(|tool| tool.touching);
+        self.deflection.follow(&view.pot, (&view.conditions, self.potter.tick()), &view.rack, touching);
         tools
     }
 
@@ -540,6 +545,7 @@ impl App {
             rack: &rack,
             wetness: film(self.panel.wetness),
             water: Some(&self.water),
+            deflection: Some(&self.deflection),
             finish: self.panel.liking.finish,
             is_cut: self.is_cut,
         };

@@ -12,9 +12,9 @@ use std::time::{Duration, Instant};
 use egui::{Align2, RichText};
 use glam::Vec2;
 use pottery_client::Onlooker;
-use pottery_client::render::{Camera, GalleryScene, GpuAhead, Scene, ToolView, WheelView};
+use pottery_client::render::{Camera, Deflection, GalleryScene, GpuAhead, Scene, ToolView, WheelView};
 use pottery_client::view::Link;
-use pottery_shared::clay::{Pot, PotSpec, Target};
+use pottery_shared::clay::{Conditions, Pot, PotSpec, Target};
 use pottery_shared::session::Watched;
 use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::{ConvexTool, rack};
@@ -83,6 +83,8 @@ pub(super) struct Looker {
     overlay: Option<Overlay>,
     camera: Camera,
     rack: Arc<[ConvexTool]>,
+    /// How far the wall that is closely looked at has given way.
+    deflection: Deflection,
     /// What the studio's pots are made of.
     spec: PotSpec,
     /// What the page's pictures and the close look need, and when the last picture's was asked for.
@@ -144,6 +146,7 @@ impl Looker {
             overlay: None,
             camera: Camera::default(),
             rack: rack::standard(),
+            deflection: Deflection::default(),
             spec,
             pictures: Asked::new(Detail::GALLERY),
             closely: Asked::new(close_detail),
@@ -372,7 +375,7 @@ impl Looker {
         let Some(stage) = &mut self.stage else { return };
         let passed = self.started.elapsed().as_millis() as i64;
         let (places, close) = (&mut self.places, self.close);
-        let (is_close_shown, rack) = (&mut self.is_close_shown, &mut self.rack);
+        let (is_close_shown, rack, deflection) = (&mut self.is_close_shown, &mut self.rack, &mut self.deflection);
         let (ahead, is_anew, target) = (&mut self.ahead, &mut self.is_anew, &mut self.target);
         let mut is_news = false;
         let camera = &mut self.camera;
@@ -410,6 +413,10 @@ impl Looker {
                     }
                     stage.upload(sight.pot(), &place.changed);
                     place.changed.clear();
+                    // how firm the clay is, who looks on is not told, and it matters little: wall and clay are of the same
+                    let conditions = Conditions { wheel: sight.wheel().clone(), ..Conditions::default() };
+                    let touching: Vec<_> = place.tools.iter().filter(|tool| tool.touching).map(tool_view).collect();
+                    deflection.follow(sight.pot(), (&conditions, now), rack, &touching);
                 } else {
                     is_news |= place.send(stage, number, sight.pot());
                 }
@@ -488,7 +495,8 @@ impl Looker {
             Some(place) => {
                 let tools: Vec<ToolView> = place.tools.iter().map(tool_view).collect();
                 let rack = &self.rack;
-                let scene = Scene { camera: self.camera, phase: place.phase, tools: &tools, rack, ..Scene::default() };
+                let (camera, phase, deflection) = (self.camera, place.phase, Some(&self.deflection));
+                let scene = Scene { camera, phase, tools: &tools, rack, deflection, ..Scene::default() };
                 stage.draw(&Picture::Pot(&scene), shapes, Pace::Moving)?;
             }
             None => {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use egui::{Align2, RichText};
 use glam::Vec2;
-use pottery_client::render::{Camera, Scene, ToolView};
+use pottery_client::render::{Camera, Deflection, Scene, ToolView};
 use pottery_shared::clay::{Surface, Window as Elements};
 use pottery_shared::snapshot::Touched;
 use pottery_shared::units::Tick;
@@ -39,6 +39,8 @@ pub(super) struct Player {
     stage: Option<Stage>,
     overlay: Option<Overlay>,
     camera: Camera,
+    /// How far the wall has given way under the tools.
+    deflection: Deflection,
     is_playing: bool,
     /// When the tick was what it is, for the time since.
     stood: (Instant, Tick),
@@ -66,6 +68,7 @@ impl Player {
             stage: None,
             overlay: None,
             camera,
+            deflection: Deflection::default(),
             is_playing: true,
             wish_s: None,
             drawn: None,
@@ -171,7 +174,10 @@ impl Player {
             });
         });
         let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());
-        let scene = Scene { camera: self.camera, phase, tools: &tools, rack, ..Scene::default() };
+        let deflection = &mut self.deflection;
+        deflection.follow(replay.pot(), (replay.conditions(), playback.tick()), &rack, &tools);
+        let (camera, deflection) = (self.camera, Some(&*deflection));
+        let scene = Scene { camera, phase, tools: &tools, rack: &rack, deflection, ..Scene::default() };
         stage.draw(&Picture::Pot(&scene), shapes, if self.only_sharpens { Pace::Still } else { Pace::Moving })?;
         self.is_dirty = false;
         if is_playing != self.is_playing {
