@@ -133,9 +133,9 @@ pub(super) struct App {
     next_frame: Instant,
     /// The water on the clay, and when the clay itself was last made drier.
     water: Water,
+    dried_at: Instant,
     /// How far the wall has given way under the tools.
     deflection: Deflection,
-    dried_at: Instant,
     /// Whether the pot is shown cut open.
     is_cut: bool,
     drawn_phase: Phase,
@@ -253,8 +253,8 @@ impl App {
             last_frame: Instant::now(),
             next_frame: Instant::now(),
             water: Water::default(),
-            deflection: Deflection::default(),
             dried_at: Instant::now(),
+            deflection: Deflection::default(),
             is_cut: false,
             drawn_phase: Phase::default(),
             drawn_panel: 0,

@@ -413,7 +413,7 @@ impl Looker {
                     }
                     stage.upload(sight.pot(), &place.changed);
                     place.changed.clear();
-                    // how firm the clay is, who looks on is not told, and it matters little: wall and clay are of the same
+                    // how wet the clay is, who looks on is not told: the wall gives way by as much, since what is firmer yields later
                     let conditions = Conditions { wheel: sight.wheel().clone(), ..Conditions::default() };
                     let touching: Vec<_> = place.tools.iter().filter(|tool| tool.touching).map(tool_view).collect();
                     deflection.follow(sight.pot(), (&conditions, now), rack, &touching);
