@@ -252,6 +252,7 @@ impl Bend {
         let columns = all_m.len() / rows.max(1);
         let column_rad = core::f32::consts::TAU / columns as f32;
         let row_m = height_m / rows.saturating_sub(1).max(1) as f32;
+        let ends_m = self.plate.ends_m(self.patch_m);
         for (number, column_m) in all_m.chunks_exact_mut(rows.max(1)).enumerate() {
             let away_rad = nearest_turn(number as f32 * column_rad - self.angle_rad);
             let nodes_m = self.column_m(libm::cosf(away_rad));
@@ -263,7 +264,7 @@ impl Bend {
                     place.weights.iter().zip(&nodes_m[place.first..]).map(|(weight, node_m)| weight * node_m).sum();
                 let up_m = z_m - self.z_m;
                 let distance_m = libm::sqrtf(aside_m * aside_m + up_m * up_m);
-                let near_m = if distance_m < self.plate.reach_m { self.about_m(distance_m) } else { 0.0 };
+                let near_m = if distance_m < ends_m { self.about_m(distance_m) } else { 0.0 };
                 *all_m += shell_m + near_m;
             }
         }
@@ -280,7 +281,7 @@ impl Bend {
         nodes_m
     }
 
-    /// What a load that is spread, and a fold, change about it, m: nothing farther off than a plate reaches.
+    /// What a load that is spread, and a fold, change about it, m: nothing farther off than [`Plate::ends_m`].
     fn about_m(&self, distance_m: f32) -> f32 {
         self.hinge_m * self.plate.fold(distance_m) - self.load_m2 * self.plate.patch(distance_m, self.patch_m)
     }
@@ -318,6 +319,11 @@ impl Plate {
             distance2 * distance2 / (8.0 * patch2) + distance2 * (edge + 0.5) + patch2 * (0.5 * edge - 0.125) - point
         };
         -more / self.eight_pi_rigidity()
+    }
+
+    /// Distance beyond which neither a load on a disc nor a fold shows, m: `ℓ/e` and the cone's end.
+    fn ends_m(&self, patch_m: f32) -> f32 {
+        (self.reach_m * (1.0 / core::f32::consts::E).max(FOLD_REACH / PLATE_REACH)).max(patch_m)
     }
 
     /// The cone to which it folds under a load at a distance.
