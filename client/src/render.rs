@@ -2,8 +2,8 @@
 //!
 //! Owns the graphics device, the textures that hold the radii and every shader. Knows no window, no clock and no
 //! network: what to show arrives as a [`Pot`](pottery_shared::clay::Pot) and a [`Scene`].
-//! Invariant: what the shaders turn into points of the pot is the radius grid and nothing else; no vertex of clay lies in a
-//! buffer.
+//! Invariant: what the shaders turn into points of the pot is the radius grid, less what a hollow wall gives way while tools are at it,
+//! and nothing else; no vertex of clay lies in a buffer.
 //!
 //! The world is the room: metres, z up along the wheel's axis, the foot of the pot at z = 0.
 //! Everything works within WebGL2's limits: no storage buffer, no compute, no feature asked for.
