@@ -492,6 +492,8 @@ impl Contacts {
         let [cos, sin] = surface.direction(column);
         self.window = Window { first_column: column, columns: 1, first_row, rows: LANES as u32 };
         self.window.rows = self.window.rows.min(surface.shape().rows() - first_row);
+        // rows that were looked at before are none of this one's
+        self.above_m.clear();
         self.above_m.push(only(0.0, BEYOND_M));
         // its middle is straight ahead
         let chunk = Chunk { penetration_m: only(penetration_m, 0.0), radius_m: only(radius_m, 0.0), ..Chunk::NONE };

@@ -215,6 +215,20 @@ fn single_boundary_element_moves_its_neighbours_by_the_kernel() {
     }
 }
 
+#[test]
+fn tool_between_the_middles_of_all_elements_is_met_at_its_own_height() {
+    // elements of 7.9 by 5.1 mm and a tool of 4 mm half a column aside: rows within its reach are looked at, and none of them is touched
+    let half_column_rad = std::f64::consts::PI / 48.0;
+    for z_m in [0.020, 0.039, 0.100, 0.190] {
+        let tool = press(4.0, 1.0, half_column_rad, z_m, Seconds(1e-3));
+        let contact = hold(&mut pot_of(48, 40), tool, 1, MethodKind::Plastic);
+        assert_eq!(contact.elements, 1, "at {z_m} m");
+        let sink = contact.sink.unwrap();
+        // the element is reckoned to stand straight ahead of the tool
+        assert!((sink.z_m - z_m).abs() < 1e-6, "{} m for {z_m} m", sink.z_m);
+    }
+}
+
 /// Force of the first touch, N, and volume removed after 100 ms, mm³, on a grid.
 fn on_grid(columns: u32, rows: u32, method: MethodKind) -> (f32, f64) {
     let mut pot = pot_of(columns, rows);
