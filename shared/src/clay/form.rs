@@ -2,7 +2,7 @@
 //!
 //! Owns the profiles; a pot made from one is a pot like any other.
 //! Invariant: a form holds as much clay as a cylinder of its specification's radius and height, so that it is as high as it was made
-//! until somebody presses it.
+//! until somebody presses it; one whose radii no pot of its specification may have is not made.
 
 use super::{Pot, PotError, PotSpec, Support};
 use crate::units::Metres;
@@ -130,39 +130,83 @@ impl Form {
     /// its volume, as it does when somebody presses.
     ///
     /// # Errors
-    /// [`PotError`] when no pot is made like that.
+    /// [`PotError`] when no pot is made like that, or the clay makes the form wider or narrower than its pot may be.
     pub fn of_clay_of(self, spec: PotSpec) -> Result<Pot, PotError> {
         let mut pot = Pot::new(spec)?;
-        let Some([height_mm, widest_mm]) = self.measures_mm() else { return Ok(pot) };
-        self.give(&mut pot, self.widest_m(&spec, height_mm / widest_mm));
+        if let Some(widest_m) = self.widest_of_clay_m(&spec) {
+            self.give(&mut pot, widest_m)?;
+        }
         Ok(pot)
     }
 
+    /// Whether the clay with which a pot was made can be had in this form, without a pot being made.
+    ///
+    /// # Errors
+    /// [`PotError::Measure`] as in [`Form::of_clay_of`].
+    pub(crate) fn check_clay_of(self, pot: &Pot) -> Result<(), PotError> {
+        self.widest_of_clay_m(pot.spec()).map_or(Ok(()), |widest_m| self.check(pot, widest_m))
+    }
+
+    /// Its widest radius of a specification's clay, m; none for a cylinder, which has the specification's own.
+    fn widest_of_clay_m(self, spec: &PotSpec) -> Option<f32> {
+        self.measures_mm().map(|[height_mm, widest_mm]| self.widest_m(spec, height_mm / widest_mm))
+    }
+
+    /// Radii of this form's rows on one of a pot's skins, which lies so far within the outer one, m.
+    fn radii_m(self, rows: u32, widest_m: f32, inset_m: f32) -> impl Iterator<Item = f32> {
+        (0..rows).map(move |row| widest_m * self.profile(share(row, rows)) - inset_m)
+    }
+
+    /// Checks that every radius is within the bounds of its surface: clamped, both skins of a wall could be one.
+    fn check(self, pot: &Pot, widest_m: f32) -> Result<(), PotError> {
+        for (surface, inset_m) in pot.surfaces().iter().zip(insets_m(pot)) {
+            let (low_m, high_m) = surface.bounds_m();
+            let radii_m = || self.radii_m(surface.shape().rows(), widest_m, inset_m);
+            let ends_m = [
+                ("widest radius", radii_m().fold(f32::MIN, f32::max)),
+                ("narrowest radius", radii_m().fold(f32::MAX, f32::min)),
+            ];
+            for (field, radius_m) in ends_m {
+                if !(low_m..=high_m).contains(&radius_m) {
+                    let [value_mm, min_mm, max_mm] = [radius_m, low_m, high_m].map(|length_m| Metres(length_m).as_mm());
+                    return Err(PotError::Measure { field, value_mm, min_mm, max_mm });
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Gives every surface of a pot the profile.
-    fn give(self, pot: &mut Pot, widest_m: f32) {
-        let walls_m = [0.0, pot.spec().wall.0];
-        for (surface, inset_m) in pot.surfaces_mut().iter_mut().zip(walls_m) {
+    fn give(self, pot: &mut Pot, widest_m: f32) -> Result<(), PotError> {
+        self.check(pot, widest_m)?;
+        let insets_m = insets_m(pot);
+        for (surface, inset_m) in pot.surfaces_mut().iter_mut().zip(insets_m) {
             let (columns, rows) = (surface.shape().columns(), surface.shape().rows());
-            for row in 0..rows {
-                let radius_m = widest_m * self.profile(share(row, rows)) - inset_m;
+            for (row, radius_m) in (0..).zip(self.radii_m(rows, widest_m, inset_m)) {
                 for column in 0..columns {
                     surface.set_radius(column, row, radius_m);
                 }
             }
         }
+        Ok(())
     }
 
     /// A pot of this form with the grid, wall and support of a specification; a cylinder has its measures as well.
     ///
     /// # Errors
-    /// [`PotError`] when no pot is made like that.
+    /// [`PotError`] when no pot is made like that, or the wall is too thick for where the form is narrowest.
     pub fn pot(self, spec: PotSpec) -> Result<Pot, PotError> {
         let Some([height_mm, widest_mm]) = self.measures_mm() else { return Pot::new(spec) };
         let radius = Metres(self.cylinder_m(&spec, Metres::from_mm(widest_mm).0));
         let mut pot = Pot::new(PotSpec { height: Metres::from_mm(height_mm), radius, ..spec })?;
-        self.give(&mut pot, Metres::from_mm(widest_mm).0);
+        self.give(&mut pot, Metres::from_mm(widest_mm).0)?;
         Ok(pot)
     }
+}
+
+/// How far a pot's skins lie within the outer one, m.
+const fn insets_m(pot: &Pot) -> [f32; 2] {
+    [0.0, pot.spec().wall.0]
 }
 
 /// How high a row lies, from 0 at the foot to 1 at the rim.

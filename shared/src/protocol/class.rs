@@ -241,7 +241,8 @@ pub struct ClassWire {
 /// Which clay is put on a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum PotOf {
-    /// That of a form, by [`Form::number`](crate::clay::Form::number); any other number for the clay with which the wheel began.
+    /// That of a form, by [`Form::number`](crate::clay::Form::number); any other number, and a form into which it does not go, for the clay with
+    /// which the wheel began.
     Form(u8),
     /// A copy of what is on a wheel now, from 1.
     Wheel(u16),

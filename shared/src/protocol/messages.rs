@@ -172,7 +172,8 @@ pub enum NoStep {
     /// None can be redone.
     #[error("there is nothing of yours to redo: whoever presses on after an undo keeps to that")]
     NothingForth,
-    /// What the client sent is no pot of the wheel's grid; programs check that before they send it.
+    /// What the client sent is no pot of the wheel's grid, which programs check before they send it, or the wheel's clay does not go into the
+    /// form that was asked for.
     #[error("the server cannot put that pot on this wheel")]
     NoPot,
 }

@@ -127,7 +127,7 @@ impl History {
     /// Undoes or redoes a stroke of a hand that has held its tool up to a tick; `pot` is the wheel's.
     ///
     /// # Errors
-    /// [`NoStep`] when there is none.
+    /// [`NoStep`] when there is none, or the wheel's clay does not go into the form that is asked for.
     pub(super) fn step(&mut self, step: Step, client: u16, held: Tick, pot: &Pot) -> Result<(), NoStep> {
         let span = match step {
             Step::Back if self.anew.as_ref().is_some_and(|(who, _)| *who == client) => {
@@ -137,6 +137,7 @@ impl History {
             }
             Step::Back => self.strokes.undo(client, held)?,
             Step::Forth => self.strokes.redo(client)?,
+            Step::Anew(Anew::Form(Some(form))) if form.check_clay_of(pot).is_err() => return Err(NoStep::NoPot),
             Step::Anew(anew) => {
                 self.anew = Some((client, anew));
                 return Ok(());
@@ -194,7 +195,7 @@ impl History {
         let new = match anew {
             Anew::Clay(clay) => clay,
             Anew::Form(form) => {
-                // a specification that made the wheel's pot makes a form's as well
+                // that the clay goes into the form was seen to when it was asked for
                 let formed = form.and_then(|form| form.of_clay_of(*pot.spec()).ok());
                 formed.map_or_else(|| self.first.clone(), |formed| KeptClay::of(&formed))
             }

@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Command;
 
 use pottery_client::pot_file::PotFile;
-use pottery_shared::clay::{Form, GridShape, Pot, PotSpec, Support, Window};
+use pottery_shared::clay::{Form, GridShape, Pot, PotError, PotSpec, Support, Window};
 use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::Metres;
 use pottery_tests::programs::{folder, program};
@@ -99,6 +99,39 @@ fn what_cannot_be_made_is_refused_as_for_any_pot() {
     let spec = PotSpec { wall: Metres::from_mm(f32::NAN), ..PotSpec::default() };
     for form in Form::ALL {
         assert!(form.pot(spec).is_err(), "{form:?}");
+    }
+}
+
+#[test]
+fn a_form_that_its_clay_makes_too_wide_or_too_narrow_is_refused_with_the_radius_and_its_range() {
+    let spec = |height_mm: f32, radius_mm: f32, wall_mm: f32| PotSpec {
+        shape: GridShape::new(8, 200).unwrap(),
+        height: Metres::from_mm(height_mm),
+        radius: Metres::from_mm(radius_mm),
+        wall: Metres::from_mm(wall_mm),
+        support: Support::Hollow,
+        ..PotSpec::default()
+    };
+    let refused = |made: Result<Pot, PotError>| match made {
+        Err(PotError::Measure { field, value_mm, min_mm, max_mm }) => {
+            assert!(!(min_mm..=max_mm).contains(&value_mm), "{field}: {value_mm} mm of {min_mm} to {max_mm} mm");
+            (field, value_mm)
+        }
+        other => panic!("{other:?}"),
+    };
+    // by hand, with the mean 0.84 of the profile: 216 mm wide, and both skins of its wall would stand at 200 mm
+    let (field, wide_mm) = refused(Form::Bowl.of_clay_of(spec(400.0, 100.0, 8.0)));
+    assert!(field == "widest radius" && (wide_mm - 216.2).abs() < 0.5, "{field}: {wide_mm} mm");
+    // a neck of 0.38 · 70 mm, where a wall of 22 mm leaves no room beside the axis below 27.5 mm
+    let (field, narrow_mm) = refused(Form::Bottle.pot(spec(240.0, 70.0, 22.0)));
+    assert!(field == "narrowest radius" && (narrow_mm - 26.6).abs() < 0.1, "{field}: {narrow_mm} mm");
+    // what is made has a wall as thick as it should be
+    for (form, spec) in [(Form::Bowl, spec(330.0, 100.0, 8.0)), (Form::Bottle, spec(400.0, 100.0, 22.0))] {
+        let pot = form.of_clay_of(spec).unwrap();
+        let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+        for (outer_m, inner_m) in outer.radii_m().iter().zip(inner.radii_m()) {
+            assert!((outer_m - inner_m - spec.wall.0).abs() < 1e-7, "{form:?}: {outer_m} m and {inner_m} m");
+        }
     }
 }
 

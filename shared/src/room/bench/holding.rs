@@ -81,8 +81,9 @@ impl Bench {
         tools.filter(|tool| tool.touching).map(|tool| tool.client)
     }
 
-    /// Puts new clay here at the next snapshot, as a step of a client.
+    /// Puts new clay here at the next snapshot, as a step of a client: that with which the wheel began where it does not go into the form.
     pub(in crate::room) fn begin_anew(&mut self, client: u16, form: Option<Form>) {
+        let form = form.filter(|form| form.check_clay_of(&self.pot).is_ok());
         let step = self.history.step(Step::Anew(Anew::Form(form)), client, Tick(0), &self.pot);
         debug_assert!(step.is_ok(), "there can always be new clay");
     }

@@ -308,9 +308,10 @@ impl Guidance {
             }
             for form in Form::ALL {
                 if ui.button(words.say(&format!("form-{}", form.name()))).clicked() {
-                    if let Ok(pot) = form.of_clay_of(self.spec) {
+                    match form.of_clay_of(self.spec) {
                         // as high as the same clay gets in that form
-                        self.aim_at(Target::of(&PotRecord::of(&pot).pot()));
+                        Ok(pot) => self.aim_at(Target::of(&PotRecord::of(&pot).pot())),
+                        Err(error) => self.say(error.to_string()),
                     }
                     ui.close();
                 }
