@@ -99,7 +99,8 @@ impl Target {
         let (mut squares, mut elements) = (0.0_f64, 0_u64);
         let mut deviation = Deviation { higher_m: surface.height_m() - self.height_m, ..Deviation::default() };
         for row in 0..rows {
-            let at_m = surface.row_z_m(row);
+            // the rim may be rounded above itself, where there is no target
+            let at_m = surface.row_z_m(row).min(surface.height_m());
             let Some(wanted_m) = self.radius_m(at_m) else { continue };
             for column in 0..columns {
                 let off_m = surface.column_m(column)[row as usize] - wanted_m;

@@ -2,9 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use pottery_shared::clay::{Form, Pot, PotSpec, Target};
+use pottery_shared::clay::{Form, GridShape, Pot, PotSpec, Target};
 use pottery_shared::protocol::TargetWire;
 use pottery_shared::session::{target_of, target_wire};
+use pottery_shared::units::Metres;
 
 /// The usual pot with every radius changed by what a column and a row say, m.
 fn changed(by_m: impl Fn(u32, u32) -> f32) -> Pot {
@@ -43,6 +44,24 @@ fn what_is_off_is_off_by_that_much_and_where_it_is() {
     assert!((dent.rms_m - 0.01 / 144_000_f32.sqrt()).abs() < 1e-8, "{dent:?}");
     // row 100 of 400 over 200 mm
     assert!((dent.most_m - 0.01).abs() < 1e-7 && (dent.most_at_m - 0.2 * 100.0 / 399.0).abs() < 1e-6, "{dent:?}");
+}
+
+#[test]
+fn the_rim_counts_however_high_the_pot_is() {
+    let shape = GridShape::new(8, 400).unwrap();
+    for height_mm in 100..300_u16 {
+        let height = Metres::from_mm(f32::from(height_mm));
+        let mut pot = Pot::new(PotSpec { shape, height, ..PotSpec::default() }).unwrap();
+        let target = Target::of(&pot);
+        for column in 0..8 {
+            pot.surfaces_mut()[0].set_radius(column, 399, 0.062);
+        }
+        // 399 of the distances between rows are more than the height itself in 1 of 20 pots, by a rounding
+        let found = target.deviation(&pot);
+        assert!((found.most_m - 0.002).abs() < 1e-7, "{height_mm} mm: {found:?}");
+        assert!((found.most_at_m - height.0).abs() < 1e-7, "{height_mm} mm: {found:?}");
+        assert!((found.rms_m - 0.002 / 20.0).abs() < 1e-8, "{height_mm} mm: {found:?}");
+    }
 }
 
 #[test]
