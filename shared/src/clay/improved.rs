@@ -45,7 +45,9 @@ impl Method for ImprovedCsem {
         let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - tool_m) * 0.5;
         let halo_arc = (shape.column_angle_rad() * nearest).max(smallest_arc);
         let halo_columns = ((reach_m() / halo_arc) as u32).min(shape.columns() / 2);
-        let contact = original::touch(surface, press, (halo_columns, halo_rows), footprint);
+        // one at least, or neighbours that are farther away than the kernel reaches would not be seen to be untouched
+        let margin = (halo_columns.max(1), halo_rows.max(1));
+        let contact = original::touch(surface, press, margin, footprint);
         if contact.elements == 0 {
             return contact;
         }
@@ -65,7 +67,7 @@ impl Method for ImprovedCsem {
     }
 }
 
-/// Lists the touched elements that have an untouched 4-neighbour.
+/// Lists the touched elements that have an untouched 4-neighbour; beyond foot and rim, and beyond the footprint's window, there is none.
 fn gather_boundary(surface: &Surface, footprint: &Footprint, boundary: &mut alloc::vec::Vec<Boundary>) {
     let window = footprint.window();
     let whole_ring = window.columns == surface.shape().columns();

@@ -216,6 +216,36 @@ fn single_boundary_element_moves_its_neighbours_by_the_kernel() {
 }
 
 #[test]
+fn elements_farther_apart_than_the_kernel_reaches_have_edges_too() {
+    // columns 12 mm apart, two of which are touched: each has an untouched one beside it, which nothing reaches
+    let pot = pot_of(31, 400);
+    let surface = &pot.surfaces()[0];
+    let tool = press(12.0, 3.0, 0.49 * std::f64::consts::TAU / 31.0, surface.row_z_m(200), Seconds(1e-3));
+    let pushes = |method: MethodKind, column: u32| {
+        let mut footprint = Footprint::default();
+        method.method().press(&pot, &tool, &mut footprint);
+        let window = footprint.window();
+        let (rows, deltas_m) = footprint.span(window.local_column(surface.shape(), column).unwrap());
+        let mut pushes_m = [0.0_f32; 400];
+        pushes_m[window.first_row as usize + rows.start..][..deltas_m.len()].copy_from_slice(deltas_m);
+        pushes_m
+    };
+    for column in [0, 1] {
+        let [original, improved] = [MethodKind::Original, MethodKind::Improved].map(|method| pushes(method, column));
+        let most_m = original.iter().copied().fold(0.0, f32::min);
+        assert!(original.iter().filter(|&&push_m| push_m < 0.0).count() > 8 && most_m < 0.0, "{column}: {original:?}");
+        for (row, found) in improved.iter().enumerate() {
+            // the kernel of every element of the column, 0.501 mm apart: c = 1/mm, and 4.36 mm are 8 rows
+            let rows = row.saturating_sub(8)..(row + 9).min(400);
+            let share = |other: usize| 1.0 / ((row.abs_diff(other) as f32 * 200.0 / 399.0).powi(2) + 1.0);
+            let expected: f32 = rows.map(|other| original[other] * share(other)).sum();
+            // sums of 17 numbers, five times as large as one of them
+            assert!((found - expected).abs() < -3e-5 * most_m, "{column}, {row}: {found} m for {expected} m");
+        }
+    }
+}
+
+#[test]
 fn tool_between_the_middles_of_all_elements_is_met_at_its_own_height() {
     // elements of 7.9 by 5.1 mm and a tool of 4 mm half a column aside: rows within its reach are looked at, and none of them is touched
     let half_column_rad = std::f64::consts::PI / 48.0;
