@@ -1,7 +1,8 @@
 //! Other grids for the same clay: how fine one has to be, and how clay is taken from one to the other.
 //!
 //! Owns the overlap of the elements of two grids; touches no radius of a pot that is there.
-//! Invariant: the volume within the radii is the same on both grids, up to the rounding of an `f32` radius.
+//! Invariant: the volume within the radii is the same on both grids, up to the rounding of an `f32` radius, but where clay stands at a bound
+//! of the surface and goes to a finer grid: what would sharpen its edges beyond the bound is cut off.
 
 use alloc::vec::Vec;
 
@@ -67,7 +68,8 @@ impl Surface {
     ///
     /// Every element takes the mean of r² over its own area, elements being as wide as their distance and half as high at foot
     /// and rim: the volume stays. On a grid that is finer both ways the radii are such that the way back gives what
-    /// was there; edges between elements are sharpened for that when the finer grid cuts them in halves.
+    /// was there; edges between elements are sharpened for that when the finer grid cuts them in halves. Where clay stands at a bound, which
+    /// cuts off what sharpens, neither volume nor way back holds.
     #[must_use]
     pub fn resampled(&self, shape: GridShape) -> Self {
         let mut squares: Vec<f64> =
