@@ -353,18 +353,21 @@ impl Profile {
                 continue;
             }
             let inner = (splat(simd, Rim::BEGIN) - high2).max(zero).sqrt();
-            let lead = eight(simd, &self.radii_m, at) + eight(simd, &self.lead_m, at);
+            let radius = eight(simd, &self.radii_m, at);
+            // nothing rises beyond the rim
+            let there = positive(radius);
+            let lead = radius + eight(simd, &self.lead_m, at);
             let lead = lead + eight(simd, &self.inside_m[0], at);
             let trail = lead - eight(simd, &self.pressed_m, at);
             let across = Across { pass, bed: &bed, dent, shape, above_m, chord_m2, high2, inner, outer };
             let edge_rad = eight(simd, &self.before_rad, at);
             let [under, outside] = across.risen(1.0, lead.max(splat(simd, narrowest_m)), edge_rad, scale);
-            put(&mut self.inside_m[0], at, under);
-            put(&mut self.lead_m, at, outside);
+            put(&mut self.inside_m[0], at, only(there, under));
+            put(&mut self.lead_m, at, only(there, outside));
             let edge_rad = eight(simd, &self.behind_rad, at);
             let [under, outside] = across.risen(-1.0, trail.max(splat(simd, narrowest_m)), edge_rad, scale);
-            put(&mut self.inside_m[1], at, under);
-            put(&mut self.fall_m, at, outside);
+            put(&mut self.inside_m[1], at, only(there, under));
+            put(&mut self.fall_m, at, only(there, outside));
         }
     }
 

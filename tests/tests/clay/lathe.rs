@@ -2,9 +2,9 @@
 
 use std::f32::consts::TAU;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use pottery_shared::clay::{
-    ErrorBound, GridShape, Lathe, MethodKind, PlasticCsem, Pot, PotSpec, Press, SubStep, Surface, Window,
+    Contact, ErrorBound, GridShape, Lathe, MethodKind, PlasticCsem, Pot, PotSpec, Press, SubStep, Surface, Window,
 };
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Tick};
@@ -212,6 +212,49 @@ fn pot_keeps_its_volume_under_a_profile() {
     let change = wheel.pot.enclosed_volume_m3() / before_m3 - 1.0;
     // the height is an f32
     assert!(change.abs() < 1e-6, "volume changed by {change:e}");
+}
+
+/// Force on a tool that is held at a height until the profile has been in force for two turns, along the radius and up, N. Clay is 1.7 mm
+/// wider than it may be at least, so that a tool 2 mm deep meets whatever is as narrow as that.
+fn felt_beside_narrow_clay(z_m: f32) -> Vec2 {
+    let stroke = Stroke::STILL;
+    // eights of rows do not end with the rim
+    let shape = GridShape::new(180, 203).expect("the grid is in range");
+    let spec = PotSpec { shape, wall: Metres(0.029), keeps_volume: false, ..PotSpec::default() };
+    let mut pot = Pot::new(spec).expect("half of the radius is the thickest wall, and this is less");
+    let surface = &mut pot.surfaces_mut()[0];
+    let radius_m = surface.bounds_m().0 + 0.0017;
+    for (column, row) in (0..180).flat_map(|column| (0..203).map(move |row| (column, row))) {
+        surface.set_radius(column, row, radius_m);
+    }
+    let lathe = Lathe::new(&pot.surfaces()[0], ErrorBound::default(), PlasticCsem::default());
+    let (mut substep, mut lathe, mut turning) = (SubStep::for_grid(shape), lathe, 0.0);
+    for tick in 0..2 * stroke.ticks() {
+        let turned = tick as f32 * -stroke.tick_rad() / TAU;
+        let depth_m = stroke.depth_m * (turned / stroke.turns_in).min(1.0);
+        let press = stroke.press_at(tick, POT_RADIUS_M - radius_m + depth_m, z_m);
+        match lathe.advance(&mut pot.surfaces_mut()[0], &press, stroke.tick_rad(), |_| {}) {
+            Some(Contact { force_n, .. }) if turning > 2.0 * TAU => {
+                return Vec2::new(force_n.truncate().length(), force_n.z);
+            }
+            Some(_) => turning -= stroke.tick_rad(),
+            None => {
+                substep.advance(&mut pot, &[press], MethodKind::Plastic, |_, _| {});
+                turning = 0.0;
+            }
+        }
+    }
+    unreachable!("a tool that is held becomes a profile");
+}
+
+/// Foot and rim are each other's mirror image, and a profile ends with both.
+#[test]
+fn profile_has_no_clay_beyond_the_rim() {
+    let [foot_n, rim_n] = [0.0, PotSpec::default().height.0].map(felt_beside_narrow_clay);
+    println!("{foot_n:.3?} N at the foot, {rim_n:.3?} N at the rim");
+    let mirrored_n = foot_n * Vec2::new(1.0, -1.0);
+    // the same sums over other rows; clay above the rim would bear as rows below it do, and push down
+    assert!(rim_n.y > 0.0 && rim_n.distance(mirrored_n) < 0.01 * rim_n.length(), "{rim_n} N for {mirrored_n} N");
 }
 
 #[test]
