@@ -39,11 +39,16 @@ pub(super) struct Rays {
 impl Rays {
     /// Those for a grid; none where they would be hardly fewer than its columns.
     pub(super) fn with_room(shape: GridShape) -> Self {
-        if shape.columns() < 2 * RAYS {
+        if !are_fewer(shape) {
             return Self::default();
         }
         Self { directions: directions(RAYS).to_vec(), radii_m: Vec::with_capacity(shape.rows() as usize) }
     }
+}
+
+/// Whether rays are much fewer than the columns of a grid.
+const fn are_fewer(shape: GridShape) -> bool {
+    shape.columns() >= 2 * RAYS
 }
 
 /// The heights at which clay is looked at: a whole number of them lies between a tool and the first.
@@ -131,7 +136,9 @@ impl Contacts {
         cutter: Option<&mut Cutter>,
     ) -> Option<Glance> {
         let heights = Heights::of(surface, press.centre_m.z)?;
-        if press.side == Side::Outside || self.rays.directions.is_empty() {
+        // by the clay's own grid, which may be coarser than what there is room for
+        let has_rays = are_fewer(surface.shape()) && !self.rays.directions.is_empty();
+        if press.side == Side::Outside || !has_rays {
             return None;
         }
         let tool_m = match press.tool {

@@ -123,6 +123,19 @@ fn wide_tools_are_felt_as_on_a_grid_whose_elements_are_all_looked_at() {
     }
 }
 
+#[test]
+fn what_wide_tools_meet_does_not_depend_on_the_grid_that_there_is_room_for() {
+    // a column less than are worth a ray, and room for more
+    let shape = GridShape::new(255, 400).unwrap();
+    let mut own = Inside::ball(38.0, shape);
+    let mut roomy = Inside { substep: SubStep::for_grid(GridShape::PAPER), ..Inside::ball(38.0, shape) };
+    for step in 0..40 {
+        let at = (INSIDE_MM - 38.0 + 0.15 * step as f32, 0.0007 * step as f32, 100.0);
+        let [own, roomy] = [&mut own, &mut roomy].map(|inside| inside.felt(at.0, at.1, at.2));
+        assert_eq!(own, roomy, "{at:?}");
+    }
+}
+
 /// A tool anywhere in a pot or at its wall, now and then where nothing is or beyond foot and rim: a ball, or a rib or blade held in any way.
 fn anywhere() -> impl Strategy<Value = Press> {
     let place = (5.0_f32..40.0, -2.0_f32..12.0, -3.2_f32..3.2, -20.0_f32..220.0);
