@@ -33,7 +33,7 @@ const BOW_MAX: f64 = 0.5;
 /// What may be left of a depth where others push the wall against a tool, over the deepest's depth.
 const PUSHED: f64 = 4.0;
 
-/// Power with which a load rises with what is left of the depth, before two looks have told: Hertz's, and the least and the most it is
+/// Power with which a load is taken to rise with what is left of the depth before two looks have told, and the least and the most it is
 /// taken for. Clay that has taken the tool's shape bears nearly as much whatever is left.
 const POWER: f64 = 4.0 / 3.0;
 const POWERS: [f64; 2] = [0.2, 2.0];

@@ -1,7 +1,7 @@
 //! The constants of the studio's own clay, and what follows from a contact's measures alone: pressure, elastic depth, rim.
 //!
 //! Owns every figure of the law that was fitted; knows no grid, no element and no tool.
-//! Invariant: whatever the contact, its pressure is at least that at which clay begins to flow, and shares are within 0 and 1.
+//! Invariant: whatever the contact, its pressure is at least that at which clay begins to flow, before folding and sliding take from it, and shares are within 0 and 1.
 
 use super::Support;
 

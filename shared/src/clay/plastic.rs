@@ -46,7 +46,7 @@ const AREA_EVEN: f32 = 1.5;
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
 /// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
 ///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
-///   aside over the half axis. Strain counts 1 + 4.8·σ times for the rim, of which less rises in the end, 0.49 for 0.59, and whose crest is sharper, `κ` to the fourth
+///   aside over the half axis. Strain counts 1 + 4.8·σ times for the rim, of which less rises in the end, 0.49 for 0.59, and whose crest is sharper, `κ` to the second
 ///   power. The deeper the bite, the more steeply the rim stands: it is `1 + 3.2·σ·d²` times narrower in q², with `d = s·b/t`,
 ///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
 ///   one side of the tool's path by a share o of its half axis, as beside a groove, the clay is open: `0.75·o` of what else
@@ -55,7 +55,7 @@ const AREA_EVEN: f32 = 1.5;
 ///   what of the force is against the motion is 0.33·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁵)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4·(1 + 1.78·(d − 0.406)⁺)`, at which a plate folds, and later under a
-///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is a half-space's, `(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
+///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is c times a half-space's, `c·(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. All of w
 ///   springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
 ///   folds there the sum of theirs within the cone to which it folds (`clay::joint`). Clay between a tool and one on the other side that takes up a

@@ -1,7 +1,7 @@
 //! The rim that rises beside a dent: its shape, where it lies, and how it is laid over the clay.
 //!
 //! Owns the footprint of a press of the studio's own method; what yields is told by `plastic`.
-//! Invariant: no element that the tool touches rises.
+//! Invariant: no element that yields rises.
 
 use core::f32::consts::PI;
 

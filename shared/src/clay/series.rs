@@ -1,7 +1,7 @@
 //! How a wall that bends gives way under a tool, and what of the tool is left in the clay.
 //!
 //! Owns the shape in which it gives way and the law by which it yields; the balance of tools and wall is `joint`'s.
-//! Invariant: a wall never gives way by less than nothing, and no depth that is left is more than there was.
+//! Invariant: no depth that is left is more than was found, and a wall gives way by less than nothing only where others push it against the tool.
 
 use super::contact::Column;
 use super::lanes::{Simd, SimdBase, f32x8, splat};
