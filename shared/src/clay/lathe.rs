@@ -63,7 +63,7 @@ impl Default for ErrorBound {
 /// The choice between profile and grid, and the profile while it is in force.
 ///
 /// With P the way of the tool along the axis in a turn, δ its depth, `2a = 2·√(2Rδ − δ²)` its contact, d the change of its
-/// distance from the axis in a turn, and g the share of its penetration that yields while clay passes it, the error is
+/// distance from the axis in a turn, and `g = −ln(1 − y)`, y the share of its penetration that yields while clay passes it, the error is
 /// estimated as `0.44·(P/2a)² + g·d/(√12·δ)`: the ridges of the thread (measured 0.40 to 0.44; 1/√5 for a parabola), and
 /// what a depth that changes within a turn leaves on one side of the pot. The profile is chosen below half of the bound and
 /// left above it. It is also chosen only where the pot under the tool is round, apart from the thread that the tool is
@@ -100,7 +100,7 @@ impl Lathe {
     const CUSPS: f32 = 0.44;
     /// RMS of an even change, over the change.
     const EVEN: f32 = 0.288_675_13;
-    /// Largest share that may yield in one pass.
+    /// Largest g, at which 39 % of a penetration yields in one pass.
     const PASS_MAX: f32 = 0.5;
     /// Smallest distance from the axis over the tool's radius: nearer, the contact is too wide for its angles' series.
     const DISTANCE_MIN: f32 = 1.5;
@@ -171,7 +171,7 @@ impl Lathe {
     /// Estimated error over the depth, for a tool that goes on as it did in the last turn, beside clay that is `widest_m` wide.
     ///
     /// Infinite where the profile does not apply: for a tool of facets, inside of the wall, in the air, near the axis, before a whole turn is known,
-    /// or when the wheel turns so slowly that most of a dent is made in one pass.
+    /// or when the wheel turns so slowly that two fifths of a dent are made in one pass.
     #[must_use]
     pub fn error_estimate(&self, press: &Press, widest_m: f32) -> f32 {
         self.path.error(self.costs(press, widest_m))
