@@ -1,7 +1,8 @@
 //! Newtypes for the quantities that a bare number could be mistaken for.
 //!
 //! SI throughout: metres, seconds, newtons. Millimetres appear only in files and on the screen.
-//! Invariant: no conversion factor between units stands anywhere else in the core.
+//! Invariant: lengths that people and files give and want are converted here. Factors stand elsewhere only where the wire has units of its own
+//! (µm, mN), where errors tell of a mesh, and where the wheel counts turns.
 
 use core::fmt;
 

@@ -120,7 +120,7 @@ enum Kind {
 
 /// What is gathered over the touched elements, in the pot's frame.
 struct Sums<S: Simd> {
-    /// `[point, line][x, y, z]`, m².
+    /// `[point, line][x, y, z]`: m² of a sphere's points, m of its lines and of facets.
     directions: [[f32x8<S>; 3]; 2],
     line_deepest: f32,
 }

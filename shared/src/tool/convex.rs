@@ -155,7 +155,7 @@ impl ConvexTool {
     /// Corners nearer than 1 µm are joined, and triangles that lose their area thereby are left out.
     ///
     /// # Errors
-    /// The first [`ConvexError`] found, in the order in which they are listed there.
+    /// The first [`ConvexError`] that is found.
     ///
     /// ```
     /// use glam::Vec3;
