@@ -187,7 +187,7 @@ impl Footprint {
         let eights = shape.columns() as usize * (shape.rows() as usize).div_ceil(LANES);
         let scratch = Scratch {
             vectors: Vectors::default(),
-            boundary: Vec::with_capacity(elements / 8),
+            boundary: Vec::with_capacity(elements),
             contacts: Contacts::with_room(shape),
             pushes: Vec::with_capacity(eights),
             rim: RimScratch::with_room(shape),
