@@ -1,5 +1,5 @@
 //! The studio's own clay against finite elements that nothing was fitted to: dents of other balls, pots, walls and clays, up to 4 mm deep,
-//! and strokes 1 and 2 mm deep, of two balls that eight of its constants were fitted to and one that is held out.
+//! and strokes 1 and 2 mm deep, of two balls that nine of its constants were fitted to and one that is held out.
 //!
 //! Owns what holds beyond the fit; `reference.rs` has the reference that is not of this project's making.
 //! Invariant: the law is the one in use, with every constant that a still tool meets.
