@@ -402,7 +402,8 @@ impl Surface {
     }
 
     /// Σ r² over all elements, half at foot and rim, when it was untouched and now, m². Exact for radii that are multiples of
-    /// [`Surface::STEP_M`], so that it does not depend on what was summed up before.
+    /// [`Surface::STEP_M`] while it is below 2¹⁶ m², as on every grid up to a radius of 125 mm and on 1.6 million elements of the widest pot, so that
+    /// it does not depend on what was summed up before.
     pub(super) const fn square_sums_m2(&self) -> [f64; 2] {
         [self.ledger.first_sum_m2, self.ledger.sum_m2]
     }
