@@ -65,11 +65,16 @@ fn bare(framed: &[u8]) -> Vec<u8> {
 
 impl World {
     fn new(method: MethodKind, (columns, rows): (u32, u32), loss: f64, seed: u64) -> Self {
+        let shape = GridShape::new(columns, rows).unwrap();
+        Self::of(PotSpec { shape, ..PotSpec::default() }, method, loss, seed)
+    }
+
+    fn of(pot: PotSpec, method: MethodKind, loss: f64, seed: u64) -> Self {
         let mut room = Room::new(RoomConfig {
             code: "CLAY".into(),
             wheels: 1,
             people_max: 16,
-            pot: PotSpec { shape: GridShape::new(columns, rows).unwrap(), ..PotSpec::default() },
+            pot,
             method,
             wheel_speed: Rpm(60.0),
             clay: Material::default(),
@@ -603,6 +608,25 @@ fn what_is_no_pot_of_the_wheel_is_told_and_changes_nothing() {
     assert!(said.contains("mm high") && said.contains("--open"), "{said}");
     let thin = PotRecord::of(&Form::Bowl.of_clay_of(PotSpec { wall: Metres(0.004), ..spec }).unwrap());
     assert!(matches!(world.potter(0).put(&thin), Err(PutError::Clay { their_wall_mm: 4.0, .. })));
+}
+
+#[test]
+fn a_form_into_which_the_clay_does_not_go_is_told_and_changes_nothing() {
+    let (height, radius) = (Metres::from_mm(600.0), Metres::from_mm(150.0));
+    let shape = GridShape::new(120, 100).unwrap();
+    let mut world = World::of(PotSpec { shape, height, radius, ..PotSpec::default() }, MethodKind::Plastic, 0.0, 25);
+    world.come(0);
+    world.run(1500, |_, _| None);
+    let before = world.digest();
+    // a bowl of so much clay would be 264 mm wide, where 200 are allowed, and a bottle is 189 mm
+    world.potter(0).begin_anew(Some(Form::Bowl));
+    world.run(world.now + 600, |_, _| None);
+    assert_eq!(world.answers, [(PeerId(0), NoStep::NoPot)]);
+    assert_eq!(world.digest(), before);
+    world.potter(0).begin_anew(Some(Form::Bottle));
+    world.run(world.now + 600, |_, _| None);
+    assert_eq!(world.answers.len(), 1);
+    assert_ne!(world.digest(), before);
 }
 
 #[test]
