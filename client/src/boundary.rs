@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 use glam::Vec3;
 use pottery_shared::haptics::{Fault, Guidance, Guided};
 use pottery_shared::prediction::Patch;
-use pottery_shared::tool::{Orientation, Shape, Sphere, Tool, ToolSample};
+use pottery_shared::tool::{Orientation, Shape, Side, Sphere, Tool, ToolSample};
 use pottery_shared::units::Tick;
 
 use crate::sound::Rub;
@@ -61,6 +61,8 @@ pub struct Status {
     /// Which tool that is, and how it is turned: see [`Status::note_grip`].
     grip: AtomicU32,
     turned: AtomicU64,
+    /// It works inside of the pot.
+    inside: AtomicBool,
     /// The teacher's tool as it is felt, m, as bits; not a number while there is none.
     teacher_m: [AtomicU32; 3],
     /// How the hand is guided: m, from 0 to 1, N and s, as bits; not a number while it is not.
@@ -238,6 +240,16 @@ impl Status {
             _ => Tool::Convex(Shape(held as u8)),
         };
         Some((tool, Orientation([32, 16, 0].map(|bits| ((turned >> bits) as u16).cast_signed()))))
+    }
+
+    pub(crate) fn note_side(&self, side: Side) {
+        self.inside.store(side == Side::Inside, Ordering::Relaxed);
+    }
+
+    /// On which side of the wall the tool works.
+    #[must_use]
+    pub fn side(&self) -> Side {
+        if self.inside.load(Ordering::Relaxed) { Side::Inside } else { Side::Outside }
     }
 
     pub(crate) fn note_late(&self) {

@@ -263,7 +263,7 @@ fn own_hand(client: u16, side: &NetSide, tick: Tick) -> Option<GuidingHand> {
     let (tool, orientation) = status.grip()?;
     let touching = status.elements() > 0;
     let draws = touching && status.is_pointing();
-    let tool = RemoteTool { client, tool, orientation, centre, touching };
+    let tool = RemoteTool { client, tool, orientation, centre, touching, side: status.side() };
     Some(GuidingHand { tick, tool, force_n: status.force_n(), draws })
 }
 

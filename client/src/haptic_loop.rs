@@ -175,6 +175,7 @@ impl HapticLoop {
         self.give();
         self.side.status.note_tool(self.haptics.tool_m().or(reported));
         self.side.status.note_grip(grip.0, grip.1);
+        self.side.status.note_side(self.hand.worked_side().unwrap_or_default());
         let newtons = self.felt.force_n.length();
         if self.felt.elements > 0 {
             self.force_mn.saturating_record((newtons * 1e3) as u64);

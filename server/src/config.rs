@@ -92,7 +92,7 @@ impl Finest {
             Form::Cylinder => pot,
             form => {
                 let made = form.pot(PotSpec { shape: GridShape::new(8, 200)?, ..pot })?;
-                let radii_m = made.surfaces().iter().flat_map(|surface| surface.radii_m());
+                let radii_m = made.surfaces()[0].radii_m().iter();
                 PotSpec { radius: Metres(radii_m.copied().fold(0.0, f32::max)), ..*made.spec() }
             }
         };

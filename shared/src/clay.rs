@@ -10,6 +10,7 @@ mod contact;
 mod digest;
 mod ellipse;
 mod faceted;
+mod folds;
 mod form;
 mod grid;
 mod improved;

@@ -79,7 +79,7 @@ fn on_a_wheel(spec: PotSpec, seed: u64) -> (Pot, Author) {
             let any_m = low_m + (high_m - low_m) * dice.share() as f32;
             let radius_m = if dice.share() < 0.9 { belly_m + 1e-4 * dice.share() as f32 } else { any_m };
             pot.surfaces_mut()[0].set_radius(column, row, radius_m);
-            if let [outer, inner] = pot.surfaces_mut() {
+            if let [outer, inner, ..] = pot.surfaces_mut() {
                 let within_m = outer.column_m(column)[row as usize] - 2.0 * spec.wall.0 * dice.share() as f32;
                 inner.set_radius(column, row, within_m);
             }
@@ -331,7 +331,7 @@ fn a_hollow_pot_keeps_both_skins_and_one_of_version_1_gets_its_inner_one() {
     let mut old = small_file().encode();
     old[53] = 1;
     let read = PotFile::decode(&sealed(old)).unwrap().pot().pot();
-    let [outer, inner] = read.surfaces() else { panic!("a hollow pot has two skins") };
+    let [outer, inner, ..] = read.surfaces() else { panic!("a hollow pot has two skins") };
     assert_eq!(outer.radii_m(), small_file().pot().pot().surfaces()[0].radii_m());
     let wall_mm = outer.radii_m().iter().zip(inner.radii_m()).map(|(outer_m, inner_m)| (outer_m - inner_m) * 1e3);
     assert!(wall_mm.into_iter().all(|wall_mm| (wall_mm - 8.0).abs() < 0.01 || wall_mm < 8.0));

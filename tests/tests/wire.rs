@@ -340,12 +340,8 @@ fn sight() -> impl Strategy<Value = Sight> {
 }
 
 fn body() -> impl Strategy<Value = Body> {
-    let tool = (any::<(u16, [i32; 3], bool)>(), shape()).prop_map(|((client, centre, touching), tool)| ToolWire {
-        client,
-        centre,
-        tool,
-        touching,
-    });
+    let tool = (any::<(u16, [i32; 3], bool, bool)>(), shape())
+        .prop_map(|((client, centre, touching, inside), tool)| ToolWire { client, centre, tool, touching, inside });
     let of = prop_oneof![Just(FragmentOf::Delta), Just(FragmentOf::Transcript)];
     let fragment = (any::<(u32, u16, u16)>(), of, bytes(600))
         .prop_map(|((version, index, count), of, bytes)| Fragment { version, of, index, count, bytes });

@@ -4,7 +4,7 @@
 //! Invariant: what is played lies on the recorded path, and is at most [`Demonstration::LENGTH_MAX_S`] long.
 
 use pottery_shared::session::{GuidingHand, RemoteTool};
-use pottery_shared::tool::{Position, Tool};
+use pottery_shared::tool::{Position, Side, Tool};
 use pottery_shared::units::{Rpm, Tick};
 
 use crate::stroke::{Stroke, StrokeRecorder};
@@ -92,7 +92,7 @@ impl Demonstration {
         let later = self.felt.partition_point(|(from_s, ..)| *from_s <= at_s);
         let (force_n, draws) = later.checked_sub(1).map_or((0.0, false), |at| (self.felt[at].1, self.felt[at].2));
         let (tool, orientation) = (stroke.tool_at(at_s), stroke.orientation_at(at_s));
-        let tool = RemoteTool { client, tool, orientation, centre, touching: force_n > 0.0 };
+        let tool = RemoteTool { client, tool, orientation, centre, touching: force_n > 0.0, side: Side::default() };
         Some(GuidingHand { tick, tool, force_n, draws })
     }
 }

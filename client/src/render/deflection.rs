@@ -77,7 +77,7 @@ impl Deflection {
                     Tool::Sphere(_) => Quat::IDENTITY,
                     Tool::Convex(_) => back * view.turn,
                 },
-                side: pot.side_of(centre_m),
+                side: view.side,
                 response: material.response(Tick::PERIOD),
                 strength: material.strength,
                 ..Press::held(view.tool, centre_m)

@@ -110,7 +110,7 @@ impl GalleryRenderer {
         water.show(gpu.queue(), None);
         let frame_group = layouts.bind_frame(&device, &frame, &water, &DeflectionMap::new(&device));
         let skin = inner_skin(pot);
-        let (shape, surfaces) = (pot.spec().shape, pot.surfaces().len() as u32);
+        let (shape, surfaces) = (pot.spec().shape, pot.spec().skins() as u32);
         let first_row = first_row(pot, skin);
         let longest = device.limits().max_texture_dimension_2d;
         let a_page = (longest / (shape.columns() * surfaces)).clamp(1, PLACES as u32) as usize;
@@ -154,7 +154,7 @@ impl GalleryRenderer {
     /// Whether pots are of the grid and wall that it draws.
     #[must_use]
     pub fn fits(&self, spec: &PotSpec) -> bool {
-        spec.shape == self.shape && spec.surfaces() == self.surfaces as usize
+        spec.shape == self.shape && spec.skins() == self.surfaces as usize
     }
 
     /// Sends all radii of a wheel's pot to the device; of one with another grid, until it comes with this one, the means of its elements
@@ -276,7 +276,7 @@ impl Page {
             label: Some("radii of many"),
             size: wgpu::Extent3d {
                 width: shape.rows(),
-                height: shape.columns() * (pot.surfaces().len() * wheels) as u32,
+                height: shape.columns() * (pot.spec().skins() * wheels) as u32,
                 depth_or_array_layers: 1,
             },
             mip_level_count: 1,

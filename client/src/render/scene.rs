@@ -4,7 +4,7 @@
 
 use glam::{Quat, Vec3};
 use pottery_shared::clay::Phase;
-use pottery_shared::tool::{ConvexTool, Tool};
+use pottery_shared::tool::{ConvexTool, Side, Tool};
 
 use super::{Camera, Deflection, Finish, Water};
 
@@ -66,6 +66,8 @@ pub struct ToolView {
     pub colour: [f32; 3],
     /// Whether it presses into clay.
     pub touching: bool,
+    /// On which side of the wall it works.
+    pub side: Side,
     /// From its centre to the nearest clay, m, for the ring on the clay that tells how far it is; none shows no ring.
     pub clay_m: Option<f32>,
 }

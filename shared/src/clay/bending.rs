@@ -1,4 +1,4 @@
-//! How the wall of a hollow pot bends as a whole under a tool, and springs back.
+//! How the wall of a hollow pot bends as a whole under a tool.
 //!
 //! Owns the shell: its stiffness, its answers to loads at evenly spaced heights, and what is read between them. Knows no tool
 //! and no clay but Poisson's ratio; everything is per pascal of Young's modulus.

@@ -31,6 +31,8 @@ pub struct GridError {
 impl GridShape {
     /// The paper's grid: 360 × 400 = 144,000 elements.
     pub const PAPER: Self = Self { columns: 360, rows: 400 };
+    /// That on which a hollow pot remembers how far its wall has folded: a fold is ten elements wide.
+    pub(super) const FOLDS: Self = Self { columns: 96, rows: 64 };
     /// Most elements a grid may have.
     pub const ELEMENTS_MAX: u32 = 4 << 20;
     const SIDE_MAX: u32 = 4096;

@@ -61,6 +61,8 @@ pub(super) struct Standing {
     z_m: f32,
     /// How thick the wall is there, over how thick it was made.
     thickness: f32,
+    /// How far it stays folded away from the tool, m.
+    folded_m: f64,
 }
 
 impl Standing {
@@ -72,7 +74,8 @@ impl Standing {
         };
         let Vec3 { x, y, z: z_m } = press.centre_m;
         let angle_rad = libm::atan2f(y, x);
-        Self { number, sign, angle_rad, z_m, thickness: pot.thickness_about(angle_rad, z_m) }
+        let folded_m = sign * f64::from(pot.folded_m(angle_rad, z_m));
+        Self { number, sign, angle_rad, z_m, thickness: pot.thickness_about(angle_rad, z_m), folded_m }
     }
 
     fn place(&self) -> [f32; 2] {
@@ -114,6 +117,8 @@ struct At {
     /// How far the wall gives way under it, m, and its share of what one that does not yield would not.
     given_m: f64,
     hinge_m: f64,
+    /// See [`GivenWay::folds_by_m`].
+    folds_by_m: f64,
     /// How far it had given way at the last look and the load under which it folded, by how much more the tool bore there than it should have, m², and the
     /// share of the way to what the balance says that is gone: half as much wherever that turns round and does not come to rest by itself.
     looked_m: f64,
@@ -217,6 +222,12 @@ impl At {
         (self.looked_m, self.looked_net_m2) = (self.given_m, self.net_m2);
     }
 
+    /// How far the wall stays folded towards where something is, towards the axis or away from it, m.
+    fn folded_as(&self, towards_m: f64) -> f64 {
+        let folded_m = self.standing.sign * self.standing.folded_m;
+        if folded_m * towards_m > 0.0 { folded_m } else { 0.0 }
+    }
+
     /// How the wall gives way under it, to be looked at.
     fn way(&self, bending: &WallBending) -> GivenWay {
         let (net_m2, softer) = (self.net_m2 as f32, (self.softer * self.softer) as f32);
@@ -231,6 +242,7 @@ impl At {
             layer_per_m: self.layer_per_m,
             folds: Hinge { fold_m2: self.fold_m, ..self.hinge }.folds_at(local_m),
             folds_away: net_m2 > 0.0,
+            folds_by_m: self.folds_by_m as f32,
         }
     }
 }
@@ -267,7 +279,8 @@ impl Joint {
     ///
     /// With the depth `p_i` of a tool at the unbent wall, its load `L_i` over Young's modulus, `s_i` its direction and `c_ij` the wall's
     /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
-    /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁵)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds.
+    /// `w_i = s_i·(Σ c_ij·s_j·L_j + c_ii·α·N_i·(N_i/P)⁵)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds, and where it
+    /// stays folded that way already, the last term is less by so much, as far as there is any of it.
     /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
     /// balance does. Its steps are taken for the load that a wall bears which has given way so far: for how far it gives way under a load, they lead orders of
     /// magnitude beyond where it folds, and come back by a sixth at a time. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
@@ -430,19 +443,30 @@ impl Joint {
             }
             let tool = &mut tools[number];
             let own_m = per_m[number] * net_m2;
-            let more_m = own_m * f64::from(tool.hinge.softer(net_m2 as f32));
+            let hinge_m = own_m * f64::from(tool.hinge.softer(net_m2 as f32));
+            let folded_m = tool.folded_as(hinge_m);
+            // what stays of it is in the radii
+            let more_m = hinge_m - folded_m.clamp(-hinge_m.abs(), hinge_m.abs());
             tool.net_m2 = tool.standing.sign * net_m2;
             tool.given_m = tool.standing.sign * (bent_m + more_m);
-            tool.hinge_m = if all_m2 > 0.0 { tool.standing.sign * more_m * tool.load_m2 / all_m2 } else { 0.0 };
+            let share = if all_m2 > 0.0 { tool.standing.sign * tool.load_m2 / all_m2 } else { 0.0 };
+            tool.hinge_m = share * more_m;
+            let left_m = tool.hinge.stays * hinge_m - folded_m;
+            tool.folds_by_m = if left_m * hinge_m > 0.0 { share * left_m } else { 0.0 };
             if let Some(deepest_m) = tool.deepest_m {
                 tool.over_m = tool.left_m[0] + tool.given_m - deepest_m;
                 (tool.excess_m, tool.elastic) = (tool.over_m, 1.0);
                 let own_per_m = per_m[number];
                 if own_per_m > 0.0 {
                     let elastic_m = tool.standing.sign * (deepest_m - tool.left_m[0]) - bent_m + own_m;
-                    let bears_m2 = tool.hinge.load_m2((elastic_m / own_per_m) as f32);
+                    let unfolded_m2 = (elastic_m / own_per_m) as f32;
+                    let folded_m = tool.folded_as(elastic_m);
+                    let bears_m2 = tool.hinge.load_m2(((elastic_m + folded_m) / own_per_m) as f32);
+                    // no farther than it stays folded it gives way as a wall that does not fold
+                    let folds = bears_m2.abs() < unfolded_m2.abs();
+                    let bears_m2 = if folds { bears_m2 } else { unfolded_m2 };
                     tool.excess_m = tool.standing.sign * (own_m - own_per_m * f64::from(bears_m2));
-                    tool.elastic = 1.0 / (1.0 + 7.0 * f64::from(tool.hinge.softer(bears_m2)));
+                    tool.elastic = if folds { 1.0 / (1.0 + 7.0 * f64::from(tool.hinge.softer(bears_m2))) } else { 1.0 };
                 }
                 (most_m, excess_m) = (f64::max(most_m, tool.over_m.abs()), f64::max(excess_m, tool.excess_m.abs()));
             }

@@ -102,6 +102,8 @@ pub struct PlasticLaw {
     pub wall_follows: f32,
     /// That part.
     pub wall_follows_from: f32,
+    /// Share of what a hollow wall gives way more than an elastic one by that stays: a wall that has folded.
+    pub wall_stays: f32,
 }
 
 impl PlasticLaw {
@@ -135,6 +137,7 @@ impl PlasticLaw {
         wall_weaker: 0.856,
         wall_follows: 6.399,
         wall_follows_from: 0.481,
+        wall_stays: 0.58,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the

@@ -130,7 +130,11 @@ impl PlasticCsem {
         let met = self.meet(simd, &at, contacts, way)?;
         let Borne { carried, all, half_rad } = borne(simd, press, &met.spot, contacts);
         let ellipse = &met.spot.ellipse;
-        let hinge = Hinge { share: self.law.wall_softer, fold_m2: bending.fold_m2(yield_pa / youngs_pa) };
+        let hinge = Hinge {
+            share: self.law.wall_softer,
+            fold_m2: bending.fold_m2(yield_pa / youngs_pa),
+            stays: self.law.wall_stays.into(),
+        };
         Some(Seen {
             load_m2: carried * (met.pressure_pa * step.element_rad_m) / youngs_pa,
             deepest_m: contacts.found_unbent().1,

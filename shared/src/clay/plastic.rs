@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::bending::POISSON;
 use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
+use super::folds::Fold;
 use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::looks::find;
@@ -56,8 +57,9 @@ const AREA_EVEN: f32 = 1.5;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
 ///   `w = C·F/E·(1 + α·(F/F₀)⁵)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4·(1 + 1.78·(d − 0.406)⁺)`, at which a plate folds, and later under a
 ///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is c times a half-space's, `c·(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
-///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. All of w
-///   springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
+///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. Of
+///   what w is more than an elastic wall's, `C·F/E·α·(F/F₀)⁵`, 0.58 stays: a fold, which goes into the radii of both skins as a cone of 1.2·√(R·t) (`clay::folds`). As far as
+///   a wall has folded at a place, w is less there, but never less than an elastic wall's. The rest springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
 ///   folds there the sum of theirs within the cone to which it folds (`clay::joint`). Clay between a tool and one on the other side that takes up a
 ///   share b of its load is as on a core in the middle of the wall: a/t stands for `2·b·a/t`. With what yields the wall's other skin goes along by
 ///   `6.40·(F/F₀ − 0.481)`, from nothing to all of it.
@@ -146,6 +148,7 @@ impl PlasticCsem {
             );
         }
         footprint.follows = if way.folds_away { self.law.follows(way.folds) } else { 0.0 };
+        footprint.fold = Fold::of(press, way.folds_by_m);
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         let newtons = pressure_pa * step.element_rad_m;
         let level = libm::hypotf(carried.normals.x, carried.normals.y);

@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use glam::Vec3;
 
-use super::{Digest, GridError, GridShape, Surface, WallBending, Window};
+use super::{Digest, GridError, GridShape, Surface, WallBending, Window, folds};
 use crate::tool::Side;
 use crate::units::Metres;
 
@@ -37,7 +37,7 @@ pub enum Support {
     /// A rigid core on which the clay slides: the wall cannot give way as a whole.
     #[default]
     Backed,
-    /// Nothing: the wall bends under a tool and springs back.
+    /// Nothing: the wall bends under a tool and springs back, but for what of it has folded.
     Hollow,
 }
 
@@ -116,9 +116,9 @@ impl PotSpec {
     /// Thinnest wall, made or squeezed.
     pub const WALL_MIN: Metres = Metres::from_mm(1.0);
 
-    /// How many surfaces the pot has.
+    /// How many surfaces bound the pot's clay: one on a core, both skins of a wall.
     #[must_use]
-    pub const fn surfaces(&self) -> usize {
+    pub const fn skins(&self) -> usize {
         match self.support {
             Support::Backed => 1,
             Support::Hollow => 2,
@@ -191,7 +191,8 @@ impl Pot {
         let surfaces = match spec.support {
             Support::Backed => alloc::vec![skin(0.0)],
             Support::Hollow => {
-                alloc::vec![skin(0.0).met_from(Side::Outside), skin(spec.wall.0).met_from(Side::Inside)]
+                let folds = folds::untouched(&spec, (radius_min_m, PotSpec::RADIUS_MAX.0));
+                alloc::vec![skin(0.0).met_from(Side::Outside), skin(spec.wall.0).met_from(Side::Inside), folds]
             }
         };
         Ok(Self { spec, surfaces })
@@ -199,7 +200,9 @@ impl Pot {
 
     /// The same pot with surfaces of another grid.
     pub(super) fn on_grid(&self, shape: GridShape, surface: impl FnMut(&Surface) -> Surface) -> Self {
-        Self { spec: PotSpec { shape, ..self.spec }, surfaces: self.surfaces.iter().map(surface).collect() }
+        let (skins, others) = self.surfaces.split_at(self.spec.skins());
+        let surfaces = skins.iter().map(surface).chain(others.iter().cloned()).collect();
+        Self { spec: PotSpec { shape, ..self.spec }, surfaces }
     }
 
     /// What it was made from.
@@ -208,7 +211,8 @@ impl Pot {
         &self.spec
     }
 
-    /// Its surfaces.
+    /// Its surfaces: the skins, and of a hollow pot one more, on a grid of its own, that says how far the wall has folded
+    /// ([`Pot::folded_m`]).
     #[must_use]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
@@ -223,7 +227,7 @@ impl Pot {
     #[must_use]
     pub fn met_from(&self, side: Side) -> &Surface {
         match (side, &*self.surfaces) {
-            (Side::Inside, [_, inner]) => inner,
+            (Side::Inside, [_, inner, ..]) => inner,
             (_, surfaces) => &surfaces[0],
         }
     }
@@ -237,7 +241,7 @@ impl Pot {
     /// The faces to draw and to build solids from, the outermost first.
     #[must_use]
     pub fn skins(&self) -> [Skin; 2] {
-        let inner = self.surfaces.len() - 1;
+        let inner = self.spec.skins() - 1;
         [
             Skin { surface: 0, inset_m: 0.0, faces_outwards: true },
             Skin { surface: inner, inset_m: self.surfaces[inner].inset_m(Side::Inside), faces_outwards: false },
@@ -280,7 +284,7 @@ impl Pot {
     /// What is so much within the outermost surface, less what of it is within the inner skin of a hollow pot.
     fn between(&self, within: impl Fn(&Surface) -> f64) -> f64 {
         match &*self.surfaces {
-            [outer, inner] => within(outer) - within(inner),
+            [outer, inner, ..] => within(outer) - within(inner),
             surfaces => within(&surfaces[0]),
         }
     }

@@ -28,6 +28,8 @@ pub(super) struct GivenWay {
     pub(super) folds: f32,
     /// Whether it folds away from the tool, and not against it.
     pub(super) folds_away: bool,
+    /// By how much more it would stay folded away from the tool than it is, m: the tool's share of it; less than nothing against it.
+    pub(super) folds_by_m: f32,
 }
 
 /// How a wall has given way under one tool among others, and by how much less than it the contacts were found, m: less than nothing
@@ -69,12 +71,14 @@ pub(super) struct Hinge {
     pub(super) share: f32,
     /// P, a force over Young's modulus, m².
     pub(super) fold_m2: f32,
+    /// Share of what it gives way more than an elastic wall by that stays.
+    pub(super) stays: f64,
 }
 
 impl Default for Hinge {
     /// A wall that never yields.
     fn default() -> Self {
-        Self { share: 0.0, fold_m2: 1.0 }
+        Self { share: 0.0, fold_m2: 1.0, stays: 0.0 }
     }
 }
 

@@ -6,10 +6,12 @@
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
 use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
+use super::folds::Fold;
 use super::lanes::{LANES, Simd, SimdBase, f32x8, only, with_vectors};
 use super::wall::Wall;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
@@ -156,6 +158,7 @@ pub struct SubStep {
     inner_m: [Vec<f32>; 2],
     /// Of each press, whether its window on the surface at hand meets another's.
     together: Vec<bool>,
+    folds: Vec<Fold>,
 }
 
 impl SubStep {
@@ -179,6 +182,7 @@ impl SubStep {
             outward_m: alloc::vec![0.0; shape.elements()],
             inner_m: [const { Vec::new() }; 2],
             together: Vec::with_capacity(1),
+            folds: Vec::with_capacity(1),
         }
     }
 
@@ -346,19 +350,33 @@ impl SubStep {
         self.displace(pot.surfaces_mut(), presses);
         for footprint in &self.footprints[..due] {
             if !footprint.window().is_empty() {
-                (0..pot.surfaces().len()).for_each(|surface| touched(surface, footprint.window()));
+                (0..pot.spec().skins()).for_each(|surface| touched(surface, footprint.window()));
             }
         }
+        self.fold(pot, due, touched);
+    }
+
+    /// Folds a wall as the footprints of presses say, in an order of their own, so that it does not go by that in which they were given.
+    fn fold(&mut self, pot: &mut Pot, due: usize, touched: &mut impl FnMut(usize, Window)) {
+        let Self { footprints, folds, vectors, .. } = self;
+        folds.clear();
+        folds.extend(footprints[..due].iter().filter_map(|footprint| footprint.fold));
+        let key = |fold: &Fold| [fold.inwards_m, fold.angle_rad, fold.z_m];
+        folds.sort_unstable_by(|one, other| {
+            let pairs = key(one).into_iter().zip(key(other));
+            pairs.map(|(one, other)| one.total_cmp(&other)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        });
+        folds.iter().for_each(|fold| pot.fold(*vectors, fold, &mut *touched));
     }
 
     /// Moves the clay by the footprints of presses.
     fn displace(&mut self, surfaces: &mut [Surface], presses: &[Part]) {
         match (surfaces, presses) {
-            ([outer, inner], [(_, press)]) => {
+            ([outer, inner, ..], [(_, press)]) => {
                 let (mut wall, alone) = (Wall { outer, inner }, &self.footprints[0]);
                 with_vectors!(self.vectors, simd => wall.push_alone(simd, alone, press.side));
             }
-            ([outer, inner], presses) => self.push(&mut Wall { outer, inner }, presses),
+            ([outer, inner, ..], presses) => self.push(&mut Wall { outer, inner }, presses),
             (skins, [_]) => skins[0].displace(&self.footprints[0]),
             (skins, presses) => self.merge(&mut skins[0], presses.len()),
         }

@@ -185,7 +185,7 @@ impl Pot {
     /// goes on. Never less than the thinnest wall.
     #[must_use]
     pub fn thickness_about(&self, angle_rad: f32, z_m: f32) -> f32 {
-        let [outer, inner] = self.surfaces() else { return 1.0 };
+        let [outer, inner, ..] = self.surfaces() else { return 1.0 };
         let PotSpec { radius, wall, .. } = *self.spec();
         let reach_m = libm::sqrtf(radius.0 * wall.0);
         let (shape, row_m) = (outer.shape(), outer.row_height_m());

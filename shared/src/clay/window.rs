@@ -10,6 +10,7 @@ use core::ops::Range;
 use super::GridShape;
 use super::contact::{Contacts, Stretch};
 use super::faceted::Cutter;
+use super::folds::Fold;
 use super::joint::Joint;
 use super::lanes::{Eight, LANES, Simd, SimdBase, Vectors};
 use super::rim::RimScratch;
@@ -133,6 +134,8 @@ pub struct Footprint {
     spans: Vec<Range<u32>>,
     /// Share of what it displaces by which the skin on the other side of a wall goes with the one that is pressed.
     pub(super) follows: f32,
+    /// How it folds a wall.
+    pub(super) fold: Option<Fold>,
     pub(super) scratch: Scratch,
 }
 
@@ -201,6 +204,7 @@ impl Footprint {
             delta_m: Vec::with_capacity(eights),
             spans: Vec::with_capacity(shape.columns() as usize),
             follows: 1.0,
+            fold: None,
             scratch,
         }
     }
@@ -222,7 +226,7 @@ impl Footprint {
     /// Lays the footprint over `window`, none of whose elements is displaced until [`Footprint::narrow`] gives them out: what
     /// is not displaced need not be cleared.
     pub(super) fn lay(&mut self, window: Window) {
-        (self.window, self.follows) = (window, 1.0);
+        (self.window, self.follows, self.fold) = (window, 1.0, None);
         let eights = window.columns as usize * self.column_eights();
         if self.delta_m.len() < eights {
             self.delta_m.resize(eights, [0.0; LANES]);

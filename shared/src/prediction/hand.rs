@@ -82,6 +82,12 @@ impl Hand {
         *self.side.insert(kept.unwrap_or_else(|| pot.side_of(at_m)))
     }
 
+    /// The side on which the tool worked last, while there is one.
+    #[must_use]
+    pub const fn worked_side(&self) -> Option<Side> {
+        self.side
+    }
+
     /// Whether it can press with a tool: any sphere, and the convex ones that have come to it.
     #[must_use]
     pub fn holds(&self, tool: Tool) -> bool {

@@ -478,6 +478,8 @@ pub struct ToolWire {
     pub tool: ShapeWire,
     /// Whether it touches clay.
     pub touching: bool,
+    /// Whether it works inside of the pot.
+    pub inside: bool,
 }
 
 /// How a fragment's bytes lead from one snapshot to the next.

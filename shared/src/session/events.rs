@@ -8,7 +8,7 @@ use alloc::string::String;
 use super::{BringError, ClassEvent, GuidanceEvent};
 use crate::prediction::Correction;
 use crate::protocol::{self, NoStep, NoTool, Refusal};
-use crate::tool::{Orientation, Position, Shape, Tool};
+use crate::tool::{Orientation, Position, Shape, Side, Tool};
 
 /// Why a session cannot go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -86,6 +86,8 @@ pub struct RemoteTool {
     pub centre: Position,
     /// Whether it touches clay.
     pub touching: bool,
+    /// On which side of the wall it works.
+    pub side: Side,
 }
 
 /// How the replica came to its snapshots.

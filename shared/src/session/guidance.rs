@@ -72,7 +72,9 @@ pub fn hand_of(client: u16, wire: &HandWire) -> Option<GuidingHand> {
     if wire.tick > TICK_MAX {
         return None;
     }
-    let tool = remote_tool(&ToolWire { client, centre: wire.centre, tool: wire.tool, touching: wire.draws })?;
+    let HandWire { centre, tool, draws: touching, .. } = *wire;
+    // it is shown and presses nothing
+    let tool = remote_tool(&ToolWire { client, centre, tool, touching, inside: false })?;
     let force_n = f32::from(wire.force_mn) * 1e-3;
     Some(GuidingHand { tick: Tick(wire.tick), tool, force_n, draws: wire.draws })
 }

@@ -11,7 +11,7 @@ use super::inputs::InputQueue;
 use super::runs;
 use super::{Allowance, hand_of};
 use crate::protocol::{self, Greeting, HandWire, Hello, Notice, Pulse, PulseHead, Refusal, Request, ToolWire, Upload};
-use crate::tool::{Position, ToolSample};
+use crate::tool::{Position, Side, ToolSample};
 use crate::units::Tick;
 
 /// What a peer said that cannot be answered; close the connection.
@@ -153,7 +153,8 @@ impl Peer {
     pub fn tool(&self, client: u16, now: Tick, ticks: i64) -> Option<ToolWire> {
         let (sample, touching) = self.last.filter(|(sample, _)| now.since(sample.tick) < ticks)?;
         let Position(centre) = sample.centre;
-        Some(ToolWire { client, centre, tool: runs::shape_of(sample.tool, sample.orientation), touching })
+        let (tool, inside) = (runs::shape_of(sample.tool, sample.orientation), sample.side == Side::Inside);
+        Some(ToolWire { client, centre, tool, touching, inside })
     }
 
     /// Whether there is something that this client alone has to be told soon.

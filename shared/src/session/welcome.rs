@@ -6,7 +6,7 @@
 use super::{RemoteTool, runs};
 use crate::clay::{Conditions, GridShape, Material, Method, MethodKind, Phase, Pot, PotSpec, Schedule, Support, Wheel};
 use crate::protocol::{ClayWire, PotWire, ToolWire, Welcome, WheelWire};
-use crate::tool::Position;
+use crate::tool::{Position, Side};
 use crate::units::{Metres, Tick};
 
 /// The untouched pot that a message describes.
@@ -46,8 +46,9 @@ pub(super) fn conditions_under(method: MethodKind, wheel: &[WheelWire], clay: &[
 }
 
 pub(super) fn remote_tool(tool: &ToolWire) -> Option<RemoteTool> {
-    let ToolWire { client, touching, .. } = *tool;
+    let ToolWire { client, touching, inside, .. } = *tool;
+    let side = if inside { Side::Inside } else { Side::Outside };
     let centre = Position(tool.centre);
     let (tool, orientation) = runs::tool_of(tool.tool)?;
-    centre.is_within_reach().then_some(RemoteTool { client, tool, orientation, centre, touching })
+    centre.is_within_reach().then_some(RemoteTool { client, tool, orientation, centre, touching, side })
 }

@@ -83,7 +83,7 @@ impl PotRecord {
     pub fn of(pot: &Pot) -> Self {
         let rounded =
             |surface: &Surface| surface.radii_m().iter().map(|&radius_m| quantise(radius_m)).collect::<Vec<_>>();
-        Self { spec: *pot.spec(), steps: pot.surfaces().iter().map(rounded).collect() }
+        Self { spec: *pot.spec(), steps: pot.surfaces()[..pot.spec().skins()].iter().map(rounded).collect() }
     }
 
     /// A record of radii in quantum steps, `[surface][columns][rows]`.
@@ -92,8 +92,8 @@ impl PotRecord {
     /// [`RecordError`] for a specification that makes no pot, or for radii that are none of it.
     pub fn new(spec: PotSpec, steps: Vec<Vec<u16>>) -> Result<Self, RecordError> {
         let pot = Pot::new(spec)?;
-        if steps.len() != pot.surfaces().len() {
-            return Err(RecordError::Surfaces { surfaces: steps.len(), expected: pot.surfaces().len() });
+        if steps.len() != spec.skins() {
+            return Err(RecordError::Surfaces { surfaces: steps.len(), expected: spec.skins() });
         }
         for (surface, steps) in pot.surfaces().iter().zip(&steps) {
             check(surface, steps)?;

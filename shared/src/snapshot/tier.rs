@@ -26,11 +26,15 @@ pub struct Tier {
     steps: Vec<u16>,
 }
 
+/// Most surfaces of a pot that are skins: they come first.
+const SKINS: usize = 2;
+
 impl Tier {
     /// Starts a chain at version 0, the untouched pot.
     #[must_use]
     pub fn new(author: &Author, detail: Detail) -> Self {
-        let grids = author.publisher.grids().iter().map(|grid| grid.coarse_untouched(detail)).collect();
+        let all = author.publisher.grids().iter().enumerate();
+        let grids = all.map(|(number, grid)| grid.coarse_untouched(number < SKINS, detail)).collect();
         let publisher = Publisher::new(grids);
         Self { publisher, detail, has_newcomer: true, seen: Version(0), steps: Vec::new() }
     }
@@ -162,9 +166,10 @@ const fn part(at: u32, coarse: u32, fine: u32) -> core::ops::Range<u32> {
 }
 
 impl QuantisedGrid {
-    /// The same surface untouched, at a detail.
-    fn coarse_untouched(&self, detail: Detail) -> Self {
-        let shape = detail.grid_of(self.layout().shape());
+    /// The same surface untouched, at a detail; what is no skin keeps its grid.
+    fn coarse_untouched(&self, is_skin: bool, detail: Detail) -> Self {
+        let shape = self.layout().shape();
+        let shape = if is_skin { detail.grid_of(shape) } else { shape };
         Self::untouched(shape, self.quantum().radius_m(self.initial()), detail.quantum())
     }
 }

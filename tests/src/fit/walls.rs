@@ -217,13 +217,13 @@ pub fn fit(
     Ok(Fitted { law: law(found.at), score: found.value })
 }
 
-/// Constants of how a wall's other skin goes along, in this order.
-pub const FOLLOWING: [&str; 2] = ["wall_follows", "wall_follows_from"];
+/// Constants of how a wall's other skin goes along and of how the wall stays folded, in this order.
+pub const FOLLOWING: [&str; 3] = ["wall_follows", "wall_follows_from", "wall_stays"];
 
-/// The constants of how a wall's other skin goes along.
+/// The constants of how a wall's other skin goes along and of how the wall stays folded.
 #[must_use]
-pub fn following(law: &PlasticLaw) -> [f64; 2] {
-    [law.wall_follows, law.wall_follows_from].map(f64::from)
+pub fn following(law: &PlasticLaw) -> [f64; 3] {
+    [law.wall_follows, law.wall_follows_from, law.wall_stays].map(f64::from)
 }
 
 /// By how much farther inwards than in the finite elements the inner wall has gone behind each dent, over the travel.
@@ -240,7 +240,8 @@ pub fn behind(law: PlasticLaw, dents: &[KnownDent]) -> Result<Vec<f64>, FitError
         .collect()
 }
 
-/// Fits how a wall's other skin goes along, with all else of `start` held, by the root mean square of [`behind`].
+/// Fits how a wall's other skin goes along and how the wall stays folded, with all else of `start` held, by the root mean square of [`behind`]
+/// and of the misfits of the pots' permanent shapes.
 ///
 /// # Errors
 /// [`FitError::Dent`] for figures that make no sense.
@@ -250,12 +251,13 @@ pub fn fit_following(
     iterations: u32,
     tell: impl FnMut(u32, f64),
 ) -> Result<Fitted, FitError> {
-    let law = |at: [f64; 2]| {
-        let [wall_follows, wall_follows_from] = at.map(|value| value.max(0.0) as f32);
-        PlasticLaw { wall_follows, wall_follows_from, ..start }
+    let law = |at: [f64; 3]| {
+        let [wall_follows, wall_follows_from, wall_stays] = at.map(|value| value.max(0.0) as f32);
+        PlasticLaw { wall_follows, wall_follows_from, wall_stays, ..start }
     };
     let score = |at| -> Result<f64, FitError> {
-        let off = behind(law(at), dents)?;
+        let mut off = behind(law(at), dents)?;
+        off.extend(misfits(law(at), dents)?.iter().map(|misfit| misfit.permanent));
         Ok((off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt())
     };
     let found = simplex::descend(following(&start), iterations, score, tell)?;

@@ -84,15 +84,15 @@ fn hollow_pots_have_the_shape_of_finite_elements_fitted_and_held_out() {
     for known in [&fitted, &held_out] {
         for (known, misfit) in known.iter().zip(misfits(PlasticLaw::FITTED, known).unwrap()) {
             println!("{} {:?}: {misfit:.4?}", known.name, known.dent.depth);
-            assert!(misfit.loaded < 0.015, "{} {misfit:?}", known.name);
-            // a wall that is folded by 4 mm stays folded, which nothing here remembers
-            let most = if known.dent.depth > Metres::from_mm(2.0) { 0.065 } else { 0.02 };
-            assert!(misfit.permanent < most, "{} {misfit:?}", known.name);
+            assert!(misfit.loaded < 0.015 && misfit.permanent < 0.015, "{} {misfit:?}", known.name);
         }
     }
-    for misfit in misfits(PlasticLaw::FITTED, &held_out).unwrap() {
-        assert!(misfit.permanent < 0.015, "{misfit:?}");
-    }
+    // a wall that springs back wholly has another shape where it has folded
+    let springs_back = PlasticLaw { wall_stays: 0.0, ..PlasticLaw::FITTED };
+    let worst =
+        misfits(springs_back, &fitted).unwrap().iter().fold(0.0, |worst: f64, misfit| worst.max(misfit.permanent));
+    println!("{worst:.4} of what stays at most with a wall that springs back");
+    assert!(worst > 0.05, "{worst}");
     // clay as firm as on a core has another shape where the wall folds
     let as_firm = PlasticLaw { wall_weaker: 0.0, ..PlasticLaw::FITTED };
     let worst = misfits(as_firm, &fitted).unwrap().iter().fold(0.0, |worst: f64, misfit| worst.max(misfit.loaded));

@@ -2,6 +2,7 @@
 
 mod bending;
 mod clay_laws;
+mod folding;
 mod golden;
 mod hollow;
 mod idle_pot;

@@ -107,7 +107,7 @@ fn finger_inside_holds_the_wall_as_in_the_reference() {
 
 /// Thickness of the wall at every element, mm.
 fn walls_mm(pot: &Pot) -> Vec<f32> {
-    let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+    let [outer, inner, ..] = pot.surfaces() else { panic!("a hollow pot has two skins") };
     outer.radii_m().iter().zip(inner.radii_m()).map(|(outer_m, inner_m)| (outer_m - inner_m) * 1e3).collect()
 }
 
@@ -132,7 +132,7 @@ fn what_two_hands_squeeze_out_of_a_wall_makes_the_pot_higher() {
     };
     pressed(&mut pot, &all_round(2.0), 400);
     let thin_mm = walls_mm(&pot);
-    let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+    let [outer, inner, ..] = pot.surfaces() else { panic!("a hollow pot has two skins") };
     let at = |column: usize, row: usize| column * 400 + row;
     let middle_mm = thin_mm[at(0, 200)];
     // 2 mm from either side, less what springs back

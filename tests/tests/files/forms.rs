@@ -85,7 +85,7 @@ fn a_form_keeps_its_height_until_somebody_presses_it() {
             let mut pot = form.pot(PotSpec { shape, support, ..PotSpec::default() }).unwrap();
             let high_m = pot.spec().height.0;
             let whole = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
-            pot.settle((0..pot.spec().surfaces()).map(|surface| (surface, whole)));
+            pot.settle((0..pot.spec().skins()).map(|surface| (surface, whole)));
             let settled_m = pot.surfaces()[0].height_m();
             // radii are multiples of 3.8 µm to the volume's ledger
             assert!((settled_m / high_m - 1.0).abs() < 2e-4, "{form:?} {support:?}: {settled_m} m of {high_m} m");

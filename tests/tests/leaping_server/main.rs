@@ -298,7 +298,8 @@ fn with_piece(body: &Body, on: u32, (of, index, count): (u32, u16, u16)) -> Body
 }
 
 const fn tool() -> ToolWire {
-    ToolWire { client: 0, centre: [9000, 0, 9000], tool: ShapeWire::Sphere { radius_um: 12_000 }, touching: false }
+    let (centre, tool) = ([9000, 0, 9000], ShapeWire::Sphere { radius_um: 12_000 });
+    ToolWire { client: 0, centre, tool, touching: false, inside: false }
 }
 
 /// Name, what is said, and whether it is found out at once.

@@ -375,8 +375,8 @@ fn uploads() -> Vec<Value> {
 }
 
 fn datagrams() -> Vec<Value> {
-    let tool =
-        ToolWire { client: 2, centre: [6500, -1, 9000], tool: ShapeWire::Sphere { radius_um: 500 }, touching: true };
+    let (centre, shape) = ([6500, -1, 9000], ShapeWire::Sphere { radius_um: 500 });
+    let tool = ToolWire { client: 2, centre, tool: shape, touching: true, inside: false };
     let fragment = Fragment { version: 1001, of: FragmentOf::Delta, index: 1, count: 2, bytes: vec![1, 2, 250, 255] };
     let first = Body {
         tick: 16_666,

@@ -21,7 +21,7 @@ fn pot(support: Support) -> Pot {
 fn tool(tool: Tool, angle_rad: f32, [distance_m, z_m]: [f32; 2]) -> ToolView {
     let centre_m = Vec3::new(distance_m * angle_rad.cos(), distance_m * angle_rad.sin(), z_m);
     let turn = Quat::from_rotation_z(angle_rad);
-    ToolView { tool, turn, centre_m, colour: [0.0, 0.0, 1.0], touching: true, clay_m: None }
+    ToolView { tool, turn, centre_m, colour: [0.0, 0.0, 1.0], touching: true, side: Side::Outside, clay_m: None }
 }
 
 fn ball(radius_mm: f32) -> (Tool, f32) {
@@ -35,7 +35,7 @@ fn pressing(side: Side, angle_rad: f32, z_m: f32) -> ToolView {
         Side::Outside => 0.060 + radius_m - 0.004,
         Side::Inside => 0.052 - radius_m + 0.004,
     };
-    tool(of, angle_rad, [distance_m, z_m])
+    ToolView { side, ..tool(of, angle_rad, [distance_m, z_m]) }
 }
 
 fn followed(pot: &Pot, conditions: &Conditions, tools: &[ToolView]) -> Deflection {
@@ -67,7 +67,7 @@ fn wall_gives_way_in_the_picture_as_the_law_says_between_all_tools() {
     let deflection = followed(&pot, &conditions, &tools);
     let material = conditions.material.at(Tick(0));
     let presses = tools.map(|tool| Press {
-        side: pot.side_of(tool.centre_m),
+        side: tool.side,
         strength: material.strength,
         ..Press::held(tool.tool, tool.centre_m)
     });
@@ -150,6 +150,19 @@ fn outline_goes_with_a_tool_at_a_hollow_wall() {
         println!("{side:?}: {seen} px, {expected:.1} expected, {:.1} untouched", expected_px(&still));
         assert!((expected - expected_px(&still)).abs() > 2.0, "{side:?}: too little to be seen");
         assert!((seen - expected).abs() < 1.0, "{side:?}: outline at {seen} px and not {expected}");
+    }
+}
+
+#[test]
+fn a_tool_that_is_deep_in_a_wall_still_pushes_it_from_where_it_came() {
+    let (pot, conditions) = (pot(Support::Hollow), Conditions::default());
+    // its centre is nearer to the axis than the wall's middle, or farther from it
+    for (side, distance_m, sign) in [(Side::Outside, 0.050, 1.0), (Side::Inside, 0.060, -1.0)] {
+        let deep = ToolView { side, ..tool(ball(12.0).0, 0.0, [distance_m, 0.1]) };
+        let moved_m = sign * followed(&pot, &conditions, &[deep]).at_m(0.0, 0.5);
+        // 22 and 20 mm in, of which the clay under it takes a little
+        println!("{side:?}: the wall gives way by {:.1} mm", moved_m * 1e3);
+        assert!((0.012..0.023).contains(&moved_m), "{side:?}: {moved_m} m");
     }
 }
 

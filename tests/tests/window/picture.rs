@@ -13,7 +13,7 @@ use pottery_client::remote_hands::RemoteHands;
 use pottery_shared::clay::{Pot, PotSpec, Surface, Window};
 use pottery_shared::session::RemoteTool;
 use pottery_shared::snapshot::Touched;
-use pottery_shared::tool::{Orientation, Position, Tool};
+use pottery_shared::tool::{Orientation, Position, Side, Tool};
 use pottery_shared::units::Tick;
 use pottery_tests::dice::Dice;
 
@@ -102,7 +102,8 @@ fn corrections_on_corrections_never_jump() {
 
 fn tool(x_m: f32) -> RemoteTool {
     let centre = Position::nearest(Vec3::new(x_m, 0.1, 0.1)).unwrap();
-    RemoteTool { client: 4, tool: Tool::default(), orientation: Orientation::default(), centre, touching: false }
+    let (tool, orientation, side) = (Tool::default(), Orientation::default(), Side::default());
+    RemoteTool { client: 4, tool, orientation, centre, touching: false, side }
 }
 
 /// What was drawn of one hand: when, and where, in steps of 10 µm; and where it was at the tick of every pulse that came.

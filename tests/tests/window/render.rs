@@ -11,7 +11,7 @@ use pottery_client::render::{
     Camera, Gpu, MODULES, PotRenderer, RenderError, Scene, Sharpness, ToolView, picture, picture_rgba, probe_skin,
 };
 use pottery_shared::clay::{GridShape, Phase, Pot, PotSpec, Skin, Window};
-use pottery_shared::tool::{ConvexTool, Shape, Tool, rack};
+use pottery_shared::tool::{ConvexTool, Shape, Side, Tool, rack};
 
 fn gpu() -> Gpu {
     Gpu::headless().unwrap_or_else(|error| panic!("{error}"))
@@ -401,6 +401,7 @@ fn tools_show_in_their_colour_where_they_are() {
         centre_m: Vec3::new(-0.11, -0.03, 0.10),
         colour: [0.0, 0.6, 0.1],
         touching: false,
+        side: Side::default(),
         clay_m: None,
     };
     let tools = [
@@ -440,6 +441,7 @@ fn a_tool_of_facets_shows_as_it_is_held() {
                 centre_m: Vec3::new(0.1, 0.0, 0.1),
                 colour: [0.0, 0.9, 0.1],
                 touching: true,
+                side: Side::default(),
                 clay_m: None,
             })
             .collect();

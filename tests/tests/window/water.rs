@@ -5,7 +5,7 @@
 use glam::{Quat, Vec3};
 use pottery_client::render::{Camera, Gpu, Scene, ToolView, Water, picture_rgba};
 use pottery_shared::clay::{Conditions, Material, Pot, PotSpec, Preset, Wheel};
-use pottery_shared::tool::Tool;
+use pottery_shared::tool::{Side, Tool};
 use pottery_shared::units::{Rpm, Tick};
 
 const HEIGHT_M: f32 = 0.2;
@@ -168,7 +168,8 @@ fn a_ring_tells_how_far_a_tool_is_and_a_seam_that_it_touches() {
         let clay_m = is_told.then_some(radius_m + gap_m);
         let centre_m = Vec3::new(0.0, -0.06 - radius_m - gap_m, 0.1);
         let colour = [0.0, 0.9, 0.1];
-        let tool = ToolView { tool: Tool::default(), turn: Quat::IDENTITY, centre_m, colour, touching, clay_m };
+        let (tool, turn, side) = (Tool::default(), Quat::IDENTITY, Side::default());
+        let tool = ToolView { tool, turn, centre_m, colour, touching, side, clay_m };
         picture_rgba(&gpu, &pot, &Scene { camera, tools: &[tool], ..Scene::default() }, 320, 240).unwrap()
     };
     // pixels of the clay that the tool itself does not cover and that are the colour of its person

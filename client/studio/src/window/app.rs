@@ -38,6 +38,7 @@ use super::hand::Hand;
 use super::holding::Holding;
 use super::labels;
 use super::lesson::{Lesson, Seen};
+use super::looker::tool_view;
 use super::overlay::{self, Call, Overlay};
 use super::panel::{self, Guidance, History, Invitation, PanelState, People, Person, WETNESS, Wanted};
 use super::stage::{Pace, Picture, Stage};
@@ -381,16 +382,14 @@ impl App {
             let colour = colour(tool.client);
             let (number, name) = (Some(tool.client), self.panel.class.name_of(tool.client));
             self.panel.people.push(Person { number, name, colour, touching: tool.touching });
-            let centre_m = tool.centre.point_m();
-            let (turn, touching) = (tool.orientation.at(centre_m), tool.touching);
-            tools.push(ToolView { tool: tool.tool, turn, centre_m, colour, touching, clay_m: None });
+            tools.push(tool_view(tool));
         }
         // the teacher's hand, at whichever wheel it is; and one's own demonstration
         let ghost_m = status.teacher_m().or(view.guidance.hand.map(|hand| hand.tool.centre.point_m()));
         if let (Some(hand), Some(centre_m)) = (view.guidance.hand, ghost_m) {
             let (turn, colour) =
                 (hand.tool.orientation.at(centre_m), colour(hand.tool.client).map(|part| 0.5 + 0.5 * part));
-            tools.push(ToolView { tool: hand.tool.tool, turn, centre_m, colour, touching: false, clay_m: None });
+            tools.push(ToolView { turn, centre_m, colour, touching: false, ..tool_view(&hand.tool) });
         }
         self.shown.note(status.tool_m(), &view);
         if let Some(centre_m) = self.shown.own_m {
@@ -403,7 +402,8 @@ impl App {
             let turn = orientation.at(centre_m);
             let clay_m =
                 (!is_touching).then(|| to_clay_m(&view.pot, view.conditions.phase(self.potter.tick()), centre_m));
-            tools.push(ToolView { tool, turn, centre_m, colour: colour(own), touching: is_touching, clay_m });
+            let (colour, side) = (colour(own), status.side());
+            tools.push(ToolView { tool, turn, centre_m, colour, touching: is_touching, side, clay_m });
         }
         let touching = tools.iter().filter(|tool| tool.touching);
         let hands =

@@ -25,7 +25,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
-use self::place::{Place, tool_view};
+use self::place::Place;
+pub(super) use self::place::tool_view;
 use super::closeness::{self, Asked};
 use super::frame;
 use super::ghost;

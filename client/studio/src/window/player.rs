@@ -131,7 +131,8 @@ impl Player {
             let sample = sample.filter(|sample| playback.tick().since(sample.tick) < TOOL_SHOWN_TICKS)?;
             let centre_m = sample.centre.point_m();
             let turn = sample.orientation.at(centre_m);
-            Some(ToolView { tool: sample.tool, turn, centre_m, colour: colour(client), touching: false, clay_m: None })
+            let (tool, side, colour) = (sample.tool, sample.side, colour(client));
+            Some(ToolView { tool, turn, centre_m, colour, touching: false, side, clay_m: None })
         });
         shown.collect()
     }

@@ -26,7 +26,7 @@ impl Bench {
     ) {
         let Some(seat) = self.seats.get_mut(&peer) else { return };
         let spec = *self.pot.spec();
-        let whole = 2 * spec.surfaces() * spec.shape.elements();
+        let whole = 2 * spec.skins() * spec.shape.elements();
         let begins = usize::from(piece) * POT_PIECE;
         if piece == 0 {
             seat.coming.clear();

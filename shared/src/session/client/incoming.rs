@@ -70,15 +70,13 @@ impl Client {
 
     /// Tells prediction where others hold against a wall that bends: those first that touch it.
     fn look_beside(&mut self) {
-        let (field, tick) = (self.predictor.field(), self.tools_tick);
-        if !field.bends() {
+        let tick = self.tools_tick;
+        if !self.predictor.field().bends() {
             return;
         }
-        let (pot, phase) = (field.pot(), self.conditions.phase(tick));
         let others = self.tools.iter().filter(|tool| tool.client != self.number);
         let mut beside: Vec<_> = others
-            .map(|&RemoteTool { tool, orientation, centre, touching, .. }| {
-                let side = pot.side_of(phase.pot_from_room(centre.point_m()));
+            .map(|&RemoteTool { tool, orientation, centre, touching, side, .. }| {
                 (touching, ToolSample { tick, tool, orientation, centre, side })
             })
             .collect();

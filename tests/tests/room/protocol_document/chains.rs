@@ -40,8 +40,10 @@ impl Wheel {
                 let (column, row) = ((column + aside) % Self::SHAPE.0, row + up);
                 let (from_middle, rough) = ((aside as i32 - 3).pow(2) + (up as i32 - 3).pow(2), self.dice.roll() % 3);
                 let depth = deep * (18 - from_middle) / 18 + rough as i32;
-                // of a wall the inner skin goes half as far
-                for (surface, depth) in [depth, depth / 2].into_iter().enumerate().take(self.pot.surfaces().len()) {
+                // of a wall the inner skin goes half as far, and folds are on a grid of their own
+                for (surface, depth) in
+                    [depth, depth / 2, depth / 3].into_iter().enumerate().take(self.pot.surfaces().len())
+                {
                     let radius_m = self.pot.surfaces()[surface].column_m(column)[row as usize];
                     let step = (i32::from(quantise(radius_m)) - depth) as u16;
                     self.pot.surfaces_mut()[surface].set_radius(
@@ -78,7 +80,7 @@ pub(super) fn all() -> Vec<Value> {
     let mut wheel = Wheel::new(Support::Backed);
     let (columns, rows) = Wheel::SHAPE;
     let PotSpec { radius, wall, .. } = PotSpec::default();
-    let radius_steps = [quantise(radius.0), quantise(radius.0 - wall.0)];
+    let [outer, inner] = [radius.0, radius.0 - wall.0].map(quantise);
     let mut tiers = Detail::PRESETS.map(|detail| (detail, Tier::after(Version(0), &wheel.author, detail), Vec::new()));
     let (mut from_the_start, mut late, mut gap) = (Vec::new(), Vec::new(), Vec::new());
     for version in 1..=14 {
@@ -103,13 +105,12 @@ pub(super) fn all() -> Vec<Value> {
         }
     }
     late.push(keyframe_said(&wheel.author, Version(0), false));
-    let chain = |columns: u32, rows: u32, radius_steps: &[u16], quantum: u16, said: &[Value]| json!({ "columns": columns, "rows": rows, "radius_steps": radius_steps, "quantum": quantum, "said": said });
-    let outer = &radius_steps[..1];
-    let mut chains: Vec<_> =
-        [from_the_start, late, gap].iter().map(|said| chain(columns, rows, outer, 1, said)).collect();
+    let chain = |grids: &[(u32, u32, u16)], quantum: u16, said: &[Value]| json!({ "grids": grids, "quantum": quantum, "said": said });
+    let skins = [(columns, rows, outer), (columns, rows, inner)];
+    let mut chains: Vec<_> = [from_the_start, late, gap].iter().map(|said| chain(&skins[..1], 1, said)).collect();
     for ((detail, _, said), quantum) in tiers.iter().zip([3, 16]) {
         let grid = detail.grid_of(GridShape::new(columns, rows).unwrap());
-        chains.push(chain(grid.columns(), grid.rows(), outer, quantum, said));
+        chains.push(chain(&[(grid.columns(), grid.rows(), outer)], quantum, said));
     }
     let (mut wall, mut told) = (Wheel::new(Support::Hollow), Vec::new());
     for version in 1..=6 {
@@ -120,6 +121,6 @@ pub(super) fn all() -> Vec<Value> {
             _ => {}
         }
     }
-    chains.push(chain(columns, rows, &radius_steps, 1, &told));
+    chains.push(chain(&[skins[0], skins[1], (96, 64, outer)], 1, &told));
     chains
 }

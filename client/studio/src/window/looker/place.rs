@@ -76,7 +76,7 @@ impl Place {
 }
 
 /// Somebody else's tool, to be drawn.
-pub(super) fn tool_view(tool: &RemoteTool) -> ToolView {
+pub(in crate::window) fn tool_view(tool: &RemoteTool) -> ToolView {
     let centre_m = tool.centre.point_m();
     ToolView {
         tool: tool.tool,
@@ -84,6 +84,7 @@ pub(super) fn tool_view(tool: &RemoteTool) -> ToolView {
         centre_m,
         colour: colour(tool.client),
         touching: tool.touching,
+        side: tool.side,
         clay_m: None,
     }
 }
