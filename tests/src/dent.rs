@@ -8,13 +8,18 @@ use std::time::Instant;
 
 use glam::Vec3;
 use pottery_shared::clay::{
-    Bend, Contact, ErrorBound, GridShape, Lathe, Material, MaterialError, Method, MethodKind, PlasticCsem, Pot,
-    PotError, PotSpec, Press, Strength, SubStep, Window,
+    Bend, Contact, ErrorBound, GridShape, Lathe, Material, Method, MethodKind, PlasticCsem, Pot, PotSpec, Press,
+    Strength, SubStep, Support, Window,
 };
 use pottery_shared::tool::{Side, Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
 
+pub use figure::{DentError, Figure, Range, Rounded};
+
 use crate::reference::Profile;
+use figure::{HAIR, sphere};
+
+mod figure;
 
 /// Steps in which the tool comes in, and in which it stands until the clay rests.
 const STEPS_IN: u32 = 300;
@@ -46,30 +51,6 @@ pub struct Dent {
     pub round: Option<(f32, Metres, f32)>,
 }
 
-/// Why a dent cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum DentError {
-    /// The pot.
-    #[error(transparent)]
-    Pot(#[from] PotError),
-    /// The tool.
-    #[error(transparent)]
-    Tool(#[from] ToolError),
-    /// The clay: one that no press can be made in.
-    #[error(transparent)]
-    Clay(#[from] MaterialError),
-    /// A figure that makes no sense.
-    #[error("a {field} of {value} cannot be used: choose one {range}")]
-    Figure {
-        /// Which.
-        field: &'static str,
-        /// What was given.
-        value: f32,
-        /// What can be used.
-        range: &'static str,
-    },
-}
-
 /// What came of it.
 #[derive(Clone, Debug)]
 pub struct Dented {
@@ -79,7 +60,7 @@ pub struct Dented {
     pub row_height_mm: f32,
     /// Radial displacement, `[columns][rows]`, mm; negative is inwards.
     pub radial_mm: Vec<f32>,
-    /// Radial force on the tool when it stood still, N.
+    /// Radial force on the tool in its last step, N: as it stands still, or as it goes round.
     pub force_n: f32,
     /// The same on the finger inside, towards the axis, if there is one.
     pub finger_n: Option<f32>,
@@ -89,7 +70,7 @@ pub struct Dented {
     pub volume_out_mm3: f64,
     /// Radial displacement of the inner wall behind the tool's middle that stays, mm, from what knows of an inner wall.
     pub behind_mm: Option<f64>,
-    /// Median time of a step with contact, ns.
+    /// Median time of a step with contact, ns; not a number when the tool met no element.
     pub step_ns: f64,
     /// Steps in which the wheel was a profile, of how many while it turned.
     pub profile_steps: (u32, u32),
@@ -98,45 +79,45 @@ pub struct Dented {
 impl Dent {
     fn check(&self) -> Result<Sphere, DentError> {
         self.pot.check()?;
-        let positive = |field, value: f32, range| {
-            if value.is_finite() && value > 0.0 { Ok(()) } else { Err(DentError::Figure { field, value, range }) }
-        };
-        positive("yield stress", self.strength.yield_pa, "above 0 Pa")?;
-        positive("Young's modulus", self.strength.youngs_pa, "above 0 Pa")?;
-        Material::new(Material::default().viscosity, self.strength)?;
-        positive("depth", self.depth.as_mm(), "above 0 mm")?;
-        if let Some((rpm, feed, turns)) = self.round {
-            positive("turning speed", rpm, "above 0 rpm")?;
-            positive("number of turns", turns, "above 0")?;
-            // a step may not go round the pot, and somebody waits for the last one
-            if rpm > RPM_MAX {
-                let range = "of at most 3000 rpm";
-                return Err(DentError::Figure { field: "turning speed", value: rpm, range });
-            }
-            if turns / rpm > MINUTES_MAX {
-                let range = "that takes at most an hour at the turning speed";
-                return Err(DentError::Figure { field: "number of turns", value: turns, range });
-            }
-            if !feed.0.is_finite() {
-                let range = "that is a number of millimetres";
-                return Err(DentError::Figure { field: "feed", value: feed.as_mm(), range });
-            }
-        }
-        let range = "less than the pot's radius";
-        for (field, value) in [("depth", self.depth), ("tool radius", self.tool)] {
-            if value.0 >= self.pot.radius.0 {
-                return Err(DentError::Figure { field, value: value.as_mm(), range });
-            }
-        }
+        let youngs_pa = Range::Closed(Material::YOUNGS_PA_MIN, Material::YOUNGS_PA_MAX);
+        Figure::Youngs.within(self.strength.youngs_pa, youngs_pa, "")?;
+        let yield_pa = Range::Closed(Material::YIELD_PA_MIN, Material::YIELD_PA_MAX);
+        Figure::Yield.within(self.strength.yield_pa, yield_pa, "")?;
+        let PotSpec { radius, wall, support, .. } = self.pot;
+        let tool = sphere(Figure::ToolRadius, self.tool, radius, "the pot's radius")?;
+        self.check_depth()?;
         if let Some(finger) = self.finger {
-            let inside_m = self.pot.radius.0 - self.pot.wall.0;
-            if !(finger.0 > 0.0 && finger.0 <= inside_m) {
-                let range = "that fits into the pot";
-                return Err(DentError::Figure { field: "finger radius", value: finger.as_mm(), range });
+            if support == Support::Backed {
+                return Err(DentError::NoInside);
             }
-            Sphere::new(finger)?;
+            if self.method != MethodKind::Plastic {
+                return Err(DentError::FingerIsUnknown);
+            }
+            sphere(Figure::FingerRadius, finger, Metres(radius.0 - wall.0), "so that it fits into the pot")?;
         }
-        Ok(Sphere::new(self.tool)?)
+        self.check_round()?;
+        Ok(tool)
+    }
+
+    /// A core lets no tool deeper than its clay goes. Without one, the wall bends as far as the tool goes and beyond, by what is
+    /// known of small deflections: from about half of the radius on, it would come out on the other side of the axis.
+    fn check_depth(&self) -> Result<(), DentError> {
+        let (wall_m, third_m) = (self.pot.wall.0, self.pot.radius.0 / 3.0);
+        let (most_m, why) = match self.pot.support {
+            Support::Backed if wall_m < third_m => (wall_m, "how thick the backed wall is"),
+            _ => (third_m, "a third of the pot's radius"),
+        };
+        Figure::Depth.within(self.depth.0, Range::UpTo(most_m), why)
+    }
+
+    fn check_round(&self) -> Result<(), DentError> {
+        let Some((rpm, feed, turns)) = self.round else { return Ok(()) };
+        // a step may not go round the pot, and somebody waits for the last one
+        Figure::Speed.within(rpm, Range::UpTo(RPM_MAX), "")?;
+        let (least, most) = (rpm / 60.0 * STEP.0, rpm * MINUTES_MAX);
+        Figure::Turns.within(turns, Range::Closed(least, most), "from a millisecond to an hour at this speed")?;
+        let most_m = 0.5 * self.pot.height.0 / turns * (1.0 + HAIR);
+        Figure::Feed.within(feed.0, Range::Closed(-most_m, most_m), "so that the tool stays at the pot")
     }
 
     /// Presses in 300 steps and waits for 1500 more, of 1 ms each.
@@ -180,7 +161,7 @@ impl Dent {
         one: fn(&mut Pressing, f32, f32, f32, i8) -> f32,
     ) -> Result<Dented, DentError> {
         if steps_in == 0 {
-            return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
+            return Err(DentError::NoSteps);
         }
         let step = Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32);
         let viscosity = if bound.is_some() { Material::default().viscosity } else { Material::VISCOSITY_MIN };
@@ -196,7 +177,10 @@ impl Dent {
         let mut timed = |angle_rad, depth_m, z_m, turning| {
             let begin = Instant::now();
             force_n = one(&mut pressing, angle_rad, depth_m, z_m, turning);
-            times_ns.push(begin.elapsed().as_nanos() as f64);
+            let took_ns = begin.elapsed().as_nanos() as f64;
+            if pressing.contact.elements > 0 {
+                times_ns.push(took_ns);
+            }
         };
         for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
             let share = (number as f32 / steps_in as f32).min(1.0);
@@ -211,7 +195,8 @@ impl Dent {
         }
         pressing.leave_profile();
         times_ns.sort_by(f64::total_cmp);
-        Ok(self.measure(&pressing, force_n, times_ns[times_ns.len() / 2]))
+        let step_ns = times_ns.get(times_ns.len() / 2).copied();
+        Ok(self.measure(&pressing, force_n, step_ns.unwrap_or(f64::NAN)))
     }
 
     /// The same with any method, unmeasured: the pot with the tool still in it.
@@ -220,7 +205,7 @@ impl Dent {
     /// [`DentError`] for figures that make no sense.
     pub fn press_with(&self, method: impl Method + Copy, steps_in: u32) -> Result<Pressing, DentError> {
         if steps_in == 0 {
-            return Err(DentError::Figure { field: "number of steps", value: 0.0, range: "above 0" });
+            return Err(DentError::NoSteps);
         }
         let mut pressing = Pressing::new(*self, Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32))?;
         for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
@@ -288,7 +273,9 @@ pub struct Pressing {
     response: f32,
     /// Where the tool is, once it has come.
     at: Option<Vec3>,
+    /// What it met last, and where it was then.
     contact: Contact,
+    met_at: Vec3,
     /// A ball inside, and what it met.
     finger: Option<(Press, Contact)>,
     turning: Option<Turning>,
@@ -328,7 +315,8 @@ impl Pressing {
             Ok::<_, ToolError>((press, Contact::default()))
         });
         let (contact, finger) = (Contact::default(), finger.transpose()?);
-        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact, finger, turning: None })
+        let met_at = Vec3::X;
+        Ok(Self { dent, tool, pot, substep, step, response, at: None, contact, met_at, finger, turning: None })
     }
 
     /// One step with the tool at an angle, a depth below the untouched surface and a height, on clay that turns one way
@@ -384,7 +372,9 @@ impl Pressing {
                 *profile_steps = (profile_steps.0 + u32::from(contact.is_some()), profile_steps.1 + 1);
                 contact
             });
-        self.contact = match profiled {
+        let contact = match profiled {
+            // until it has gone a quarter of a turn, what was met before stands
+            Some(contact) if contact == Contact::default() => self.contact,
             Some(contact) => contact,
             None => match &mut self.finger {
                 Some((held, felt)) => {
@@ -395,7 +385,11 @@ impl Pressing {
                 None => self.substep.advance(&mut self.pot, &[press], method, touched)[0],
             },
         };
-        self.contact.force_n.dot(at.with_z(0.0).normalize())
+        // a profile tells of the same contact for a quarter of a turn, in which the tool goes on
+        if profiled.is_none() || contact != self.contact {
+            (self.contact, self.met_at) = (contact, at);
+        }
+        self.contact.force_n.dot(self.met_at.with_z(0.0).normalize())
     }
 
     /// Writes a profile that is in force to the grid, and feels there what the tool meets.

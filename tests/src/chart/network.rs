@@ -120,7 +120,8 @@ pub struct NetworkFigures {
     pub codecs: Vec<CodecFigures>,
 }
 
-/// Records sessions into `folder` and measures; `others` are session files that were recorded elsewhere.
+/// Records sessions into `folder`, which is made when it is not there, and measures; `others` are session files that were recorded
+/// elsewhere, which are opened first.
 ///
 /// # Errors
 /// [`NetworkError`].
@@ -136,6 +137,7 @@ pub fn measure(
         Ok((name, Clay::open(path)?))
     };
     let mut others = others.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    std::fs::create_dir_all(folder).map_err(|source| ChartError::Write { path: folder.to_owned(), source })?;
     let sessions = extent.takes.len() + others.len();
     let subscribed = &extent.takes[..extent.subscribed];
     progress.expect((extent.prediction.len() + extent.takes.len() + sessions + subscribed.len()) as u32);

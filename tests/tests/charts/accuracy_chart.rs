@@ -218,35 +218,58 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--grid", "0x0"], &["grid", "0 columns x 0 rows", "at least 8 x 4"]),
         (&["--grid", "31623x31623"], &["grid", "at most", "elements"]),
         (&["--grid", "many"], &["grid", "360x400"]),
-        (&["--depth-mm", "NaN"], &["depth", "above 0 mm"]),
-        (&["--depth-mm", "0"], &["depth", "above 0 mm"]),
-        (&["--depth-mm", "61"], &["depth", "less than the pot's radius"]),
+        (&["--depth-mm", "NaN"], &["--depth-mm", "above 0 and at most 8 mm"]),
+        (&["--depth-mm", "0"], &["--depth-mm", "above 0 and at most 8 mm"]),
+        (&["--depth-mm", "inf"], &["--depth-mm", "above 0 and at most 8 mm"]),
+        // the core stands there, and a hollow pot would come out on the other side
+        (&["--depth-mm", "2", "--wall-mm", "1"], &["depth of 2 mm", "at most 1 mm, how thick the backed wall is"]),
+        (&["--depth-mm", "59", "--support", "hollow"], &["--depth-mm", "at most 20 mm, a third of the pot's radius"]),
+        (&["--depth-mm", "20.1", "--wall-mm", "30"], &["--depth-mm", "at most 20 mm, a third of the pot's radius"]),
         (
             &["--tool-radius-mm", "39", "--pot-radius-mm", "30", "--wall-mm", "5"],
-            &["tool radius", "less than the pot's radius"],
+            &["--tool-radius-mm", "from 0.5 to 30 mm, the pot's radius"],
         ),
-        (&["--tool-radius-mm", "-3"], &["tool radius", "from 0.5 to 40"]),
-        (&["--yield-kpa", "-40"], &["yield stress", "above 0 Pa"]),
-        (&["--youngs-mpa", "0"], &["Young's modulus", "above 0 Pa"]),
+        (&["--tool-radius-mm", "-3"], &["tool radius", "from 0.5 to 40 mm"]),
+        (&["--tool-radius-mm", "NaN"], &["tool radius", "from 0.5 to 40 mm"]),
         // no press can be made in such clay, which once gave a pot without a dent
-        (&["--yield-kpa", "0.1"], &["yield stress", "from 300 to 1000000"]),
-        (&["--yield-kpa", "5000"], &["yield stress", "from 300 to 1000000"]),
-        (&["--youngs-mpa", "0.001"], &["Young's modulus", "from 10000 to 100000000"]),
-        (&["--youngs-mpa", "inf"], &["Young's modulus", "above 0 Pa"]),
-        (&["--height-mm", "NaN"], &["height", "from 20 to 600"]),
-        (&["--pot-radius-mm", "0"], &["radius", "from 10 to 150"]),
-        (&["--tool-radius-mm", "NaN"], &["tool radius", "from 0.5 to 40"]),
-        (&["--rpm", "NaN", "--turns", "1"], &["turning speed", "above 0 rpm"]),
-        (&["--rpm", "1e9", "--turns", "1"], &["turning speed", "at most 3000 rpm"]),
-        (&["--rpm", "60", "--turns", "0"], &["number of turns", "above 0"]),
-        (&["--rpm", "0.001", "--turns", "9"], &["number of turns", "at most an hour"]),
-        (&["--rpm", "60", "--turns", "1e9"], &["number of turns", "at most an hour"]),
-        (&["--rpm", "60", "--turns", "1", "--feed-mm-per-rev", "NaN"], &["feed", "a number of millimetres"]),
-        (&["--wall-mm", "50"], &["wall", "from 1 to 30"]),
-        (&["--rpm", "-5", "--turns", "1"], &["turning speed", "above 0 rpm"]),
+        (&["--yield-kpa", "-1"], &["--yield-kpa", "yield stress of -1 kPa", "from 0.3 to 1000 kPa"]),
+        (&["--yield-kpa", "1e-9"], &["yield stress of 1e-9 kPa", "from 0.3 to 1000 kPa"]),
+        (&["--yield-kpa", "5000"], &["yield stress of 5000 kPa", "from 0.3 to 1000 kPa"]),
+        (&["--youngs-mpa", "0"], &["--youngs-mpa", "Young's modulus of 0 MPa", "from 0.01 to 100 MPa"]),
+        (&["--youngs-mpa", "0.001"], &["Young's modulus of 0.001 MPa", "from 0.01 to 100 MPa"]),
+        (&["--youngs-mpa", "inf"], &["Young's modulus of inf MPa", "from 0.01 to 100 MPa"]),
+        (&["--height-mm", "NaN"], &["--height-mm", "from 20 to 600 mm"]),
+        (&["--pot-radius-mm", "0"], &["--pot-radius-mm", "from 10 to 150 mm"]),
+        (&["--wall-mm", "50"], &["--wall-mm", "from 1 to 30 mm, half of the pot's radius"]),
+        (&["--finger-mm", "8"], &["needs --support hollow", "no inside"]),
+        (
+            &["--finger-mm", "52.1", "--support", "hollow"],
+            &["--finger-mm", "finger radius of 52.1", "from 0.5 to 40 mm"],
+        ),
+        (
+            &["--finger-mm", "7.6", "--support", "hollow", "--pot-radius-mm", "15", "--wall-mm", "7.5"],
+            &["--finger-mm", "from 0.5 to 7.5 mm, so that it fits into the pot"],
+        ),
+        (&["--method", "improved", "--support", "hollow", "--finger-mm", "8"], &["only our method", "finger"]),
+        (&["--method", "original", "--support", "hollow", "--finger-mm", "8"], &["only our method", "finger"]),
+        (&["--rpm", "NaN", "--turns", "1"], &["--rpm", "above 0 and at most 3000 rpm"]),
+        (&["--rpm", "1e9", "--turns", "1"], &["speed of 1e9 rpm", "above 0 and at most 3000 rpm"]),
+        (&["--rpm", "-5", "--turns", "1"], &["--rpm", "above 0 and at most 3000 rpm"]),
+        (&["--rpm", "60", "--turns", "0"], &["--turns", "from 0.001 to 3600, from a millisecond to an hour"]),
+        // no step is as short as that
+        (&["--rpm", "60", "--turns", "0.0001"], &["turns of 1e-4", "from 0.001 to 3600"]),
+        (&["--rpm", "0.001", "--turns", "9"], &["--turns", "to 0.06, from a millisecond to an hour"]),
+        (&["--rpm", "60", "--turns", "1e9"], &["--turns", "from 0.001 to 3600"]),
+        (&["--rpm", "60", "--turns", "1", "--feed-mm-per-rev", "NaN"], &["--feed-mm-per-rev", "from -100 to 100 mm"]),
+        (
+            &["--rpm", "60", "--turns", "8", "--feed-mm-per-rev", "-12.6"],
+            &["feed of -12.6 mm a turn", "from -12.5 to 12.5 mm a turn, so that the tool stays at the pot"],
+        ),
         (&["--rpm", "60"], &["--turns"]),
+        (&["--turns", "2"], &["--rpm"]),
+        (&["--feed-mm-per-rev", "1"], &["--rpm"]),
         (&["--method", "best"], &["best", "--method"]),
-        (&["--rpm", "60", "--turns", "1", "--profile", "300"], &["error bound", "--profile"]),
+        (&["--rpm", "60", "--turns", "1", "--profile", "1000"], &["--profile", "from 0.01 to 20 percent of the depth"]),
         (&["--profile", "1"], &["--rpm"]),
         (&["--method", "original", "--rpm", "60", "--turns", "1", "--profile"], &["only our method", "--profile"]),
     ];
@@ -269,6 +292,10 @@ fn chart_without_a_folder_or_with_wrong_flags_is_refused() {
     assert!(refusal(&[]).contains("--out"));
     assert!(refusal(&["--quick"]).contains("--out"));
     assert!(refusal(&["--out", "x", "--date", "yesterday"]).contains("2026-08-21"));
+    assert!(refusal(&["--out", "x", "--date", "2026-13-01"]).contains("twelve months"));
+    for (day, days) in [("2026-02-29", 28), ("2024-02-30", 29), ("2026-04-31", 30), ("2026-01-00", 31)] {
+        assert!(refusal(&["--out", "x", "--date", day]).contains(&format!("that month has {days} days")), "{day}");
+    }
     assert!(refusal(&["--swift"]).contains("--swift"));
     let file = folder("file-in-the-way");
     std::fs::create_dir_all(file.parent().unwrap()).unwrap();
@@ -298,6 +325,73 @@ fn dent_is_written_for_every_element_and_printed() {
     assert!((-2.0..-1.0).contains(&deepest), "{deepest}");
 }
 
+/// A dent that is written and not looked at: its figures, and what is said beside them.
+fn pressed(name: &str, flags: &[&str]) -> (String, String) {
+    let file = folder(name);
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let mut arguments = vec!["dent", "--out", file.to_str().unwrap()];
+    arguments.extend(flags);
+    let output = run(&arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{flags:?}: {said}");
+    (String::from_utf8(output.stdout).unwrap(), said)
+}
+
+#[test]
+fn grid_that_is_too_coarse_for_the_tool_is_warned_of_with_one_that_is_not() {
+    let warning = |flags: &[&str]| pressed("coarse.csv", &[&["--method", "ours", "--release"], flags].concat()).1;
+    assert!(
+        warning(&["--grid", "16x16"])
+            .contains("at most 3 mm, a quarter of the tool's radius; give at least --grid 126x68")
+    );
+    assert!(warning(&["--grid", "360x8"]).contains("give at least --grid 126x68"));
+    assert!(warning(&["--tool-radius-mm", "0.5", "--depth-mm", "0.1"]).contains("no grid is fine enough"));
+    assert_eq!(warning(&["--grid", "126x68"]), "");
+    // the reference's own
+    assert_eq!(warning(&["--tool-radius-mm", "8", "--wall-mm", "8", "--depth-mm", "4"]), "");
+    // no element is touched, and none was timed
+    let (figures, _) = pressed("missed.csv", &["--method", "original", "--grid", "8x4"]);
+    assert!(figures.contains("none met any clay") && !figures.contains("NaN"), "{figures}");
+}
+
+#[test]
+fn published_method_says_which_flags_make_no_difference_to_it() {
+    for method in ["original", "improved"] {
+        let flags =
+            ["--method", method, "--grid", "126x68", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
+        let (figures, said) = pressed("idle.csv", &flags);
+        assert!(said.contains("--wall-mm, --yield-kpa, --support hollow makes no difference"), "{said}");
+        assert!(!figures.contains("inner wall"), "{figures}");
+        assert_eq!(pressed("idle.csv", &["--method", method, "--grid", "126x68"]).1, "");
+    }
+    let flags = ["--method", "ours", "--grid", "126x68", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
+    let (figures, said) = pressed("used.csv", &flags);
+    assert!(said.is_empty() && figures.contains("inner wall"), "{figures}{said}");
+}
+
+#[test]
+fn figures_that_nobody_reads_end_no_program_and_a_full_disk_is_said() {
+    let file = folder("unread.csv");
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    let dent = |to: std::process::Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        command.args(["dent", "--method", "ours", "--grid", "126x68", "--out", file.to_str().unwrap()]);
+        command.stdout(to).stderr(std::process::Stdio::piped()).spawn().unwrap()
+    };
+    let mut closed = dent(std::process::Stdio::piped());
+    drop(closed.stdout.take());
+    let closed = closed.wait_with_output().unwrap();
+    assert_eq!((closed.status.code(), String::from_utf8_lossy(&closed.stderr).as_ref()), (Some(0), ""));
+    #[cfg(target_os = "linux")]
+    {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let full = dent(full.into()).wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&full.stderr);
+        assert_eq!((full.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+        assert!(said.contains("cannot be printed: No space left on device"), "{said}");
+    }
+}
+
 #[test]
 fn dent_round_a_fast_wheel_is_near_enough_as_a_profile() {
     let dent = |name: &str, profile: &[&str]| {
@@ -314,15 +408,20 @@ fn dent_round_a_fast_wheel_is_near_enough_as_a_profile() {
         (displaced_mm, String::from_utf8(output.stdout).unwrap())
     };
     // nothing is as near as a ten-thousandth but the grid
-    let [(grid_mm, on_grid), (profile_mm, as_profile)] =
+    let [(grid_mm, on_grid, grid_n), (profile_mm, as_profile, profile_n)] =
         [("groove.csv", "0.01"), ("groove-profile.csv", "2")].map(|(name, bound)| {
             let (displaced_mm, said) = dent(name, &["--profile", bound]);
+            let force = said.lines().find_map(|line| line.strip_prefix("radial force")).unwrap();
+            let force_n: f64 = force.trim().trim_end_matches(" N").parse().unwrap();
             let line = said.lines().find(|line| line.starts_with("as a profile")).expect("it says how often");
             let steps: Vec<u32> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-            (displaced_mm, steps)
+            (displaced_mm, steps, force_n)
         });
     // only once the tool has left the dent in which it began, which is not round
     assert!(on_grid[0] == 0 && as_profile[0] > as_profile[1] / 5, "{on_grid:?} and {as_profile:?}");
+    // what the tool bears while it goes round, whichever way the clay under it is advanced
+    println!("{grid_n} N on the grid, {profile_n} N as a profile");
+    assert!((profile_n / grid_n - 1.0).abs() < 0.05, "{grid_n} and {profile_n} N");
     // over the rows that were worked, as the bound is meant
     let worked = |&(one_mm, other_mm): &(&f64, &f64)| one_mm.abs().max(other_mm.abs()) > 0.04;
     let pairs: Vec<_> = grid_mm.iter().zip(&profile_mm).filter(worked).collect();

@@ -100,7 +100,7 @@ fn files_hold_every_method_in_every_scenario() {
 #[test]
 fn program_prints_and_writes_what_was_chosen() {
     let folder = folder("program");
-    let output = program(&["--out", folder.to_str().unwrap(), "--only", "people"]);
+    let output = program(&["--out", folder.to_str().unwrap(), "--only", "People"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
     let chosen = SCENARIOS.iter().filter(|scenario| scenario.name.contains("people"));

@@ -138,7 +138,7 @@ fn program_prints_and_writes_what_was_chosen_and_refuses_what_there_is_not() {
         let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
         command.arg("stability").arg("--out").arg(&folder).args(arguments).output().unwrap()
     };
-    let output = program(&["--only", "stands still"]);
+    let output = program(&["--only", "Stands Still"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 2);
     assert!(folder.join("stability.csv").exists() && !folder.join("stability-plane.png").exists());

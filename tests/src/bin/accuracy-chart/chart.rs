@@ -3,12 +3,14 @@
 //! Owns its flags and what it prints; measurements, files and pictures are the library's.
 //! Invariant: the folder is made before anything is measured, so that minutes are not spent for nothing.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use pottery_tests::chart;
 use pottery_tests::chart::extent::Extent;
 use pottery_tests::chart::machine::Machine;
+use pottery_tests::printed::Printed;
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct ChartFlags {
@@ -23,13 +25,27 @@ pub(crate) struct ChartFlags {
     date: Option<String>,
 }
 
+const DATE_IS: &str = "write it like 2026-08-21";
+
+/// A day there is, in the form of ISO 8601.
 pub(crate) fn date(text: &str) -> Result<String, String> {
     let parts: Vec<&str> = text.split('-').collect();
-    let number = |part: &str, digits: usize| part.len() == digits && part.bytes().all(|sign| sign.is_ascii_digit());
-    match parts[..] {
-        [year, month, day] if number(year, 4) && number(month, 2) && number(day, 2) => Ok(text.to_owned()),
-        _ => Err("write it like 2026-08-21".to_owned()),
-    }
+    let number = |part: &str, digits: usize| {
+        let is_number = part.len() == digits && part.bytes().all(|sign| sign.is_ascii_digit());
+        is_number.then(|| part.parse::<u32>().ok()).flatten()
+    };
+    let [year, month, day] = parts[..] else { return Err(DATE_IS.to_owned()) };
+    let (Some(year), Some(month), Some(day)) = (number(year, 4), number(month, 2), number(day, 2)) else {
+        return Err(DATE_IS.to_owned());
+    };
+    let days = match month {
+        2 if year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400)) => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return Err("there are twelve months".to_owned()),
+    };
+    if (1..=days).contains(&day) { Ok(text.to_owned()) } else { Err(format!("that month has {days} days")) }
 }
 
 /// Measures, draws and writes.
@@ -43,7 +59,8 @@ pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> 
     let begin = Instant::now();
     let figures = crate::progress::shown(begin, |progress| chart::measure(extent, machine, progress))??;
     let files = chart::write(&figures, &flags.out)?;
-    println!("{} files in {}, after {:.0} s", files.len(), flags.out.display(), begin.elapsed().as_secs_f64());
-    println!("begin with {}", flags.out.join("index.md").display());
+    let after_s = begin.elapsed().as_secs_f64();
+    writeln!(Printed, "{} files in {}, after {after_s:.0} s", files.len(), flags.out.display())?;
+    writeln!(Printed, "begin with {}", flags.out.join("index.md").display())?;
     Ok(())
 }

@@ -3,13 +3,15 @@
 //! Owns its flags and its file; the scenario is the library's.
 //! Invariant: whatever makes no sense is refused in one sentence before anything is written.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use pottery_shared::clay::{ErrorBound, GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
-use pottery_tests::dent::Dent;
+use pottery_tests::dent::{Dent, DentError, Dented, Figure, Rounded};
+use pottery_tests::printed::Printed;
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum MethodName {
@@ -25,7 +27,7 @@ enum MethodName {
 enum SupportName {
     /// The wall cannot give way as a whole
     Backed,
-    /// The wall bends (ours; the others take every wall as backed)
+    /// The wall bends (by our method; the others take every wall as backed)
     Hollow,
 }
 
@@ -33,44 +35,52 @@ enum SupportName {
 pub(crate) struct DentFlags {
     #[arg(long, value_enum)]
     method: MethodName,
+    /// Outer radius of the pot, 10 to 150
     #[arg(long, default_value_t = 60.0)]
     pot_radius_mm: f32,
-    #[arg(long, default_value_t = 8.0)]
-    wall_mm: f32,
+    /// Thickness of the wall, 1 to half of the pot's radius [default: 8]
+    #[arg(long)]
+    wall_mm: Option<f32>,
+    /// Height of the pot, 20 to 600
     #[arg(long, default_value_t = 200.0)]
     height_mm: f32,
+    /// Radius of the tool, 0.5 to 40 and at most the pot's; the grid should have four elements to it
     #[arg(long, default_value_t = 12.0)]
     tool_radius_mm: f32,
-    /// Travel of the tool from first touch
+    /// Travel of the tool from first touch, at most a third of the pot's radius, and of a backed pot at most the wall
     #[arg(long, default_value_t = 2.0)]
     depth_mm: f32,
     /// What stands behind the wall
     #[arg(long, value_enum, default_value_t = SupportName::Backed)]
     support: SupportName,
-    /// Hold a ball of this radius inside of the wall, opposite the tool
+    /// Hold a ball of this radius inside of the wall, opposite the tool: in a hollow pot, by our method
     #[arg(long)]
     finger_mm: Option<f32>,
     /// Columns x rows
     #[arg(long, default_value = "360x400", value_parser = grid)]
     grid: GridShape,
-    #[arg(long, default_value_t = 2.0)]
-    youngs_mpa: f32,
-    #[arg(long, default_value_t = 40.0)]
-    yield_kpa: f32,
+    /// Young's modulus of the clay, 0.01 to 100 [default: 2]
+    #[arg(long)]
+    youngs_mpa: Option<f32>,
+    /// Its yield stress, 0.3 to 1000 [default: 40]
+    #[arg(long)]
+    yield_kpa: Option<f32>,
     /// Take the tool away before the surface is read
     #[arg(long)]
     release: bool,
-    /// Go round the pot after the press, at this speed
+    /// Go round the pot after the press, at this speed, up to 3000; clay takes time to give way, so that a groove is the shallower the faster
+    /// it is made
     #[arg(long, requires = "turns")]
     rpm: Option<f32>,
-    /// Go along the axis by so much a turn
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    feed_mm_per_rev: f32,
-    /// How often to go round
+    /// Go along the axis by so much a turn, and by no more than half of the height in all [default: 0]
+    #[arg(long, requires = "rpm", allow_hyphen_values = true)]
+    feed_mm_per_rev: Option<f32>,
+    /// How often to go round: a millisecond at least, and an hour at most
     #[arg(long, requires = "rpm")]
     turns: Option<f32>,
-    /// While it goes round, advance our wheel as a profile wherever the error is estimated to stay below so many percent of the depth;
-    /// the clay then takes the time it takes on the wheel
+    /// While it goes round, advance our wheel as a profile wherever the error's RMS over the groove is estimated to stay below so many
+    /// percent of the depth, 0.01 to 20; a hollow pot never is. The clay then takes the time that it takes on the wheel, 120 ms, and not
+    /// 2 ms as without this flag: what a profile changes is seen against --profile 0.01, which hardly ever chooses it
     #[arg(long, requires = "rpm", value_name = "PERCENT", num_args = 0..=1, default_missing_value = "1", value_parser = bound)]
     profile: Option<ErrorBound>,
     /// Comma-separated file for theta_rad,z_mm,u_r_mm of every element
@@ -86,42 +96,126 @@ fn grid(text: &str) -> Result<GridShape, String> {
 
 fn bound(text: &str) -> Result<ErrorBound, String> {
     let percent: f32 = text.parse().map_err(|_| "write it as a number of percent, like 1".to_owned())?;
-    ErrorBound::new(0.01 * percent).map_err(|error| error.to_string())
+    ErrorBound::new(0.01 * percent).map_err(|error| {
+        let [least, most] = [error.min, error.max].map(|share| Rounded(100.0 * share));
+        format!("choose an error bound from {least} to {most} percent of the depth")
+    })
+}
+
+impl DentFlags {
+    fn dent(&self) -> Dent {
+        Dent {
+            method: match self.method {
+                MethodName::Ours => MethodKind::Plastic,
+                MethodName::Original => MethodKind::Original,
+                MethodName::Improved => MethodKind::Improved,
+            },
+            pot: PotSpec {
+                shape: self.grid,
+                height: Metres::from_mm(self.height_mm),
+                radius: Metres::from_mm(self.pot_radius_mm),
+                wall: Metres::from_mm(self.wall_mm.unwrap_or(8.0)),
+                support: match self.support {
+                    SupportName::Backed => Support::Backed,
+                    SupportName::Hollow => Support::Hollow,
+                },
+                ..PotSpec::default()
+            },
+            strength: Strength {
+                youngs_pa: self.youngs_mpa.unwrap_or(2.0) * 1e6,
+                yield_pa: self.yield_kpa.unwrap_or(40.0) * 1e3,
+            },
+            tool: Metres::from_mm(self.tool_radius_mm),
+            depth: Metres::from_mm(self.depth_mm),
+            finger: self.finger_mm.map(Metres::from_mm),
+            release: self.release,
+            round: self.rpm.zip(self.turns).map(|(rpm, turns)| {
+                let feed_mm = self.feed_mm_per_rev.unwrap_or(0.0);
+                (rpm, Metres::from_mm(feed_mm), turns)
+            }),
+        }
+    }
+
+    /// Flags that were given and that a published method makes nothing of.
+    fn idle(&self) -> Vec<&'static str> {
+        let given = [
+            ("--wall-mm", self.wall_mm.is_some()),
+            ("--youngs-mpa", self.youngs_mpa.is_some()),
+            ("--yield-kpa", self.yield_kpa.is_some()),
+            ("--support hollow", self.support == SupportName::Hollow),
+        ];
+        given.into_iter().filter_map(|(flag, is_given)| is_given.then_some(flag)).collect()
+    }
+}
+
+/// Why a dent is refused, with the flag that it is about.
+fn refusal(error: DentError) -> String {
+    let flag = match error {
+        DentError::Figure { figure, .. } => match figure {
+            Figure::PotHeight => "--height-mm",
+            Figure::PotRadius => "--pot-radius-mm",
+            Figure::Wall => "--wall-mm",
+            Figure::ToolRadius => "--tool-radius-mm",
+            Figure::FingerRadius => "--finger-mm",
+            Figure::Depth => "--depth-mm",
+            Figure::Youngs => "--youngs-mpa",
+            Figure::Yield => "--yield-kpa",
+            Figure::Speed => "--rpm",
+            Figure::Turns => "--turns",
+            Figure::Feed => "--feed-mm-per-rev",
+        },
+        DentError::Grid(_) => "--grid",
+        DentError::NoInside => return "a finger inside needs --support hollow: a backed pot has no inside".to_owned(),
+        DentError::FingerIsUnknown | DentError::NoSteps => return error.to_string(),
+    };
+    format!("{flag}: {error}")
+}
+
+/// What is to be known of a grid whose elements are longer than a quarter of the tool's radius.
+fn coarse(dent: &Dent) -> Option<String> {
+    // whatever anybody sees
+    let finest = Metres(f32::MIN_POSITIVE);
+    let needed = GridShape::for_tool_and_view(&dent.pot, dent.tool, finest);
+    let shape = dent.pot.shape;
+    let advice = match needed {
+        Ok(needed) if needed.columns() <= shape.columns() && needed.rows() <= shape.rows() => return None,
+        Ok(needed) => format!("give at least --grid {}x{}", needed.columns(), needed.rows()),
+        Err(_) => "no grid is fine enough, so take a larger tool or a smaller pot".to_owned(),
+    };
+    let across_mm = std::f32::consts::TAU * dent.pot.radius.as_mm() / shape.columns() as f32;
+    let up_mm = dent.pot.height.as_mm() / (shape.rows() - 1) as f32;
+    Some(format!(
+        "the grid is too coarse for this tool and figures may be far off: an element is {} mm across and {} mm high, \
+         and should be at most {} mm, a quarter of the tool's radius; {advice}",
+        Rounded(across_mm),
+        Rounded(up_mm),
+        Rounded(0.25 * dent.tool.as_mm())
+    ))
 }
 
 /// Presses as the flags say, writes the surface and prints what was measured.
 pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
-    let dent = Dent {
-        method: match flags.method {
-            MethodName::Ours => MethodKind::Plastic,
-            MethodName::Original => MethodKind::Original,
-            MethodName::Improved => MethodKind::Improved,
-        },
-        pot: PotSpec {
-            shape: flags.grid,
-            height: Metres::from_mm(flags.height_mm),
-            radius: Metres::from_mm(flags.pot_radius_mm),
-            wall: Metres::from_mm(flags.wall_mm),
-            support: match flags.support {
-                SupportName::Backed => Support::Backed,
-                SupportName::Hollow => Support::Hollow,
-            },
-            ..PotSpec::default()
-        },
-        strength: Strength { youngs_pa: flags.youngs_mpa * 1e6, yield_pa: flags.yield_kpa * 1e3 },
-        tool: Metres::from_mm(flags.tool_radius_mm),
-        depth: Metres::from_mm(flags.depth_mm),
-        finger: flags.finger_mm.map(Metres::from_mm),
-        release: flags.release,
-        round: flags.rpm.zip(flags.turns).map(|(rpm, turns)| (rpm, Metres::from_mm(flags.feed_mm_per_rev), turns)),
-    };
+    let dent = flags.dent();
     let dented = match flags.profile {
         Some(_) if dent.method != MethodKind::Plastic => {
             return Err("only our method has a profile: choose --method ours, or leave out --profile".into());
         }
-        Some(bound) => dent.press_as_profile(bound)?,
-        None => dent.press()?,
+        Some(bound) => dent.press_as_profile(bound),
+        None => dent.press(),
     };
+    let dented = dented.map_err(refusal)?;
+    if let Some(warning) = coarse(&dent) {
+        eprintln!("accuracy-chart: {warning}");
+    }
+    let idle = flags.idle();
+    if dent.method != MethodKind::Plastic && !idle.is_empty() {
+        eprintln!("accuracy-chart: {} makes no difference to a published method", idle.join(", "));
+    }
+    write_surface(flags, &dented)?;
+    print(flags, &dent, &dented)
+}
+
+fn write_surface(flags: &DentFlags, dented: &Dented) -> Result<(), Box<dyn std::error::Error>> {
     let rows = dented.shape.rows() as usize;
     let mut text = String::from("theta_rad,z_mm,u_r_mm\n");
     for (at, radial_mm) in dented.radial_mm.iter().enumerate() {
@@ -130,18 +224,27 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
         writeln!(text, "{angle_rad:.6},{z_mm:.4},{radial_mm:.6}")?;
     }
     std::fs::write(&flags.out, text).map_err(|error| format!("{} cannot be written: {error}", flags.out.display()))?;
-    println!("radial force    {:.3} N", dented.force_n);
+    Ok(())
+}
+
+fn print(flags: &DentFlags, dent: &Dent, dented: &Dented) -> Result<(), Box<dyn std::error::Error>> {
+    writeln!(Printed, "radial force    {:.3} N", dented.force_n)?;
     if let Some(finger_n) = dented.finger_n {
-        println!("on the finger   {finger_n:.3} N");
+        writeln!(Printed, "on the finger   {finger_n:.3} N")?;
     }
-    println!("volume in       {:.2} mm³", dented.volume_in_mm3);
-    println!("volume out      {:.2} mm³", dented.volume_out_mm3);
-    if let (Some(behind_mm), Support::Hollow) = (dented.behind_mm, dent.pot.support) {
-        println!("inner wall      {behind_mm:.3} mm behind the tool, when it has left");
+    writeln!(Printed, "volume in       {:.2} mm³", dented.volume_in_mm3)?;
+    writeln!(Printed, "volume out      {:.2} mm³", dented.volume_out_mm3)?;
+    let knows_inside = dent.method == MethodKind::Plastic && dent.pot.support == Support::Hollow;
+    if let Some(behind_mm) = dented.behind_mm.filter(|_| knows_inside) {
+        writeln!(Printed, "inner wall      {behind_mm:.3} mm behind the tool, when it has left")?;
     }
-    println!("a step          {:.0} ns", dented.step_ns);
+    if dented.step_ns.is_nan() {
+        writeln!(Printed, "a step          none met any clay")?;
+    } else {
+        writeln!(Printed, "a step          {:.0} ns", dented.step_ns)?;
+    }
     if flags.profile.is_some() {
-        println!("as a profile    {} of {} steps", dented.profile_steps.0, dented.profile_steps.1);
+        writeln!(Printed, "as a profile    {} of {} steps", dented.profile_steps.0, dented.profile_steps.1)?;
     }
     Ok(())
 }

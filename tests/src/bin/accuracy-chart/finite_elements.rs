@@ -3,9 +3,11 @@
 //! Owns its flags and its files; the calculation is the library's.
 //! Invariant: a file appears under its name only when it is complete.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
+use pottery_tests::printed::Printed;
 use pottery_tests::yardstick::fem::cases;
 
 #[derive(clap::Args, Debug)]
@@ -22,10 +24,12 @@ pub(crate) struct FiniteElementsFlags {
 pub(crate) fn run(flags: &FiniteElementsFlags) -> Result<(), Box<dyn std::error::Error>> {
     let unwritable = |error: std::io::Error| format!("{} cannot be written: {error}", flags.out.display());
     std::fs::create_dir_all(&flags.out).map_err(unwritable)?;
-    let mut failed = None;
+    let (mut failed, mut told) = (None, Ok(()));
     cases::make(&flags.case, |file| match std::fs::write(flags.out.join(&file.name), &file.text) {
-        Ok(()) => println!("{}", file.name),
+        Ok(()) if told.is_ok() => told = writeln!(Printed, "{}", file.name),
+        Ok(()) => {}
         Err(error) => failed = failed.take().or(Some(error)),
     })?;
-    failed.map_or(Ok(()), |error| Err(unwritable(error).into()))
+    failed.map_or(Ok(()), |error| Err(unwritable(error)))?;
+    Ok(told?)
 }

@@ -3,7 +3,7 @@
 //! Owns its flags and what it prints; presses and descent are the library's.
 //! Invariant: nothing is written; a constant changes only when somebody takes it over by hand.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
@@ -11,7 +11,8 @@ use pottery_tests::fit::dents::KnownDent;
 use pottery_tests::fit::speeds::{self, Quick};
 use pottery_tests::fit::strokes::{self, StrokeFigures};
 use pottery_tests::fit::walls::{self, KnownForce};
-use pottery_tests::fit::{self, FREE, FitError, Misfit, SLIDING};
+use pottery_tests::fit::{self, FREE, Misfit, SLIDING};
+use pottery_tests::printed::Printed;
 
 const MEANING: &str = "\
 What it does:
@@ -39,8 +40,10 @@ pub(crate) struct FitFlags {
     iterations: u32,
 }
 
+type Printing = Result<(), Box<dyn std::error::Error>>;
+
 /// Fits and prints.
-pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn run(flags: &FitFlags) -> Printing {
     let dents = fit::dents::finite_elements(GridShape::PAPER)?;
     let used = PlasticLaw::FITTED;
     let bar = if std::io::stderr().is_terminal() {
@@ -72,108 +75,104 @@ pub(crate) fn run(flags: &FitFlags) -> Result<(), Box<dyn std::error::Error>> {
     let laws = [used, found.law];
     let [before, after] = [fit::misfits(used, &dents)?, fit::misfits(found.law, &dents)?];
     print_constants(laws, [fit::score(&before), fit::score(&after)])?;
-    print_dents(&dents, &before, &after);
+    print_dents(&dents, &before, &after)?;
     let held_out = fit::dents::held_out(GridShape::PAPER)?;
-    println!("held out of the fit");
-    print_dents(&held_out, &fit::misfits(used, &held_out)?, &fit::misfits(found.law, &held_out)?);
+    writeln!(Printed, "held out of the fit")?;
+    print_dents(&held_out, &fit::misfits(used, &held_out)?, &fit::misfits(found.law, &held_out)?)?;
     print_strokes(laws)?;
     print_walls(laws, &forces, &hollow)?;
     print_speeds(laws)
 }
 
-fn print_speeds(laws: [PlasticLaw; 2]) -> Result<(), Box<dyn std::error::Error>> {
+fn print_speeds(laws: [PlasticLaw; 2]) -> Printing {
     let [used, found] = laws.map(|law| speeds::press(law, GridShape::PAPER));
     let (used, found) = (used?, found?);
-    println!("\n{:<24}{:>10.3}{:>10.3}", "rim_ahead", laws[0].rim_ahead, laws[1].rim_ahead);
-    println!("{:<24}{:>10.5}{:>10.5}", "score", speeds::score(&used), speeds::score(&found));
-    println!("{:<32}{:^30}{:^30}", "quick less slow", "FITTED", "found");
-    println!("{:<32}{1:>10}{2:>20}{1:>10}{2:>20}", "press", "per cent", "ridge mm (slow)");
+    writeln!(Printed, "\n{:<24}{:>10.3}{:>10.3}", "rim_ahead", laws[0].rim_ahead, laws[1].rim_ahead)?;
+    writeln!(Printed, "{:<24}{:>10.5}{:>10.5}", "score", speeds::score(&used), speeds::score(&found))?;
+    writeln!(Printed, "{:<32}{:^30}{:^30}", "quick less slow", "FITTED", "found")?;
+    writeln!(Printed, "{:<32}{1:>10}{2:>20}{1:>10}{2:>20}", "press", "per cent", "ridge mm (slow)")?;
     for (used, found) in used.iter().zip(&found) {
         let Quick { press_mm: [ball, deep], within_ms, .. } = used;
-        print!("{:<32}", format!("ball {ball} mm, {deep} mm in {within_ms} ms"));
+        write!(Printed, "{:<32}", format!("ball {ball} mm, {deep} mm in {within_ms} ms"))?;
         for Quick { rms, ridge_mm: [quick, slow], .. } in [used, found] {
-            print!("{:>10.2}{:>20}", 100.0 * rms, format!("{quick:.3} ({slow:.3})"));
+            write!(Printed, "{:>10.2}{:>20}", 100.0 * rms, format!("{quick:.3} ({slow:.3})"))?;
         }
-        println!();
+        writeln!(Printed)?;
     }
     Ok(())
 }
 
-fn print_walls(
-    laws: [PlasticLaw; 2],
-    forces: &[KnownForce],
-    hollow: &[KnownDent],
-) -> Result<(), Box<dyn std::error::Error>> {
+fn print_walls(laws: [PlasticLaw; 2], forces: &[KnownForce], hollow: &[KnownDent]) -> Printing {
     let [used, found] = laws.map(|law| walls::hollow(&law));
-    println!();
+    writeln!(Printed)?;
     for (name, (used, found)) in walls::HOLLOW.iter().zip(used.into_iter().zip(found)) {
-        println!("{name:<24}{used:>10.3}{found:>10.3}");
+        writeln!(Printed, "{name:<24}{used:>10.3}{found:>10.3}")?;
     }
     let [used, found] = laws.map(|law| walls::score(law, forces, hollow));
-    println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
+    writeln!(Printed, "{:<24}{:>10.5}{:>10.5}", "score", used?, found?)?;
     let [used, found] = laws.map(|law| walls::following(&law));
     for (name, (used, found)) in walls::FOLLOWING.iter().zip(used.into_iter().zip(found)) {
-        println!("{name:<24}{used:>10.3}{found:>10.3}");
+        writeln!(Printed, "{name:<24}{used:>10.3}{found:>10.3}")?;
     }
     for (what, dents) in [("", hollow), ("held out of the fit", &fit::dents::hollow_held_out(GridShape::PAPER)?)] {
-        println!("{what}");
-        print_dents(dents, &fit::misfits(laws[0], dents)?, &fit::misfits(laws[1], dents)?);
+        writeln!(Printed, "{what}")?;
+        print_dents(dents, &fit::misfits(laws[0], dents)?, &fit::misfits(laws[1], dents)?)?;
         print_behind(laws, dents)?;
     }
     for (what, forces) in [("", forces), (", held out of the fit", &walls::held_out(GridShape::PAPER)?)] {
-        println!("hollow, force over the largest, per cent{what}");
-        println!("{:<36}{:>10}{:>10}{:>20}", "press", "FITTED", "found", "reference N");
+        writeln!(Printed, "hollow, force over the largest, per cent{what}")?;
+        writeln!(Printed, "{:<36}{:>10}{:>10}{:>20}", "press", "FITTED", "found", "reference N")?;
         let [used, found] = [walls::errors(laws[0], forces)?, walls::errors(laws[1], forces)?];
         for ((known, used), found) in forces.iter().zip(used).zip(found) {
             let press = format!("{} {} mm", known.name, known.depth_mm());
-            println!("{press:<36}{:>+10.2}{:>+10.2}{:>20.2}", 100.0 * used, 100.0 * found, known.force_n);
+            writeln!(Printed, "{press:<36}{:>+10.2}{:>+10.2}{:>20.2}", 100.0 * used, 100.0 * found, known.force_n)?;
         }
     }
     Ok(())
 }
 
 /// How far the inner wall has gone behind each dent.
-fn print_behind(laws: [PlasticLaw; 2], dents: &[KnownDent]) -> Result<(), Box<dyn std::error::Error>> {
-    println!("{:<24}{:>10}{:>10}{:>20}", "behind the wall, per cent", "FITTED", "found", "reference mm");
+fn print_behind(laws: [PlasticLaw; 2], dents: &[KnownDent]) -> Printing {
+    writeln!(Printed, "{:<24}{:>10}{:>10}{:>20}", "behind the wall, per cent", "FITTED", "found", "reference mm")?;
     let [used, found] = [walls::behind(laws[0], dents)?, walls::behind(laws[1], dents)?];
     for ((known, used), found) in dents.iter().zip(used).zip(found) {
         let press = format!("{} {} mm", known.name, known.dent.depth.as_mm());
-        println!("{press:<24}{:>+10.2}{:>+10.2}{:>20.3}", 100.0 * used, 100.0 * found, known.behind_mm);
+        writeln!(Printed, "{press:<24}{:>+10.2}{:>+10.2}{:>20.3}", 100.0 * used, 100.0 * found, known.behind_mm)?;
     }
     Ok(())
 }
 
-fn print_constants(laws: [PlasticLaw; 2], scores: [f64; 2]) -> Result<(), FitError> {
-    println!("{:<24}{:>10}{:>10}", "constant", "FITTED", "found");
-    let row = |name: &str, [used, found]: [f64; 2]| println!("{name:<24}{used:>10.3}{found:>10.3}");
+fn print_constants(laws: [PlasticLaw; 2], scores: [f64; 2]) -> Printing {
+    writeln!(Printed, "{:<24}{:>10}{:>10}", "constant", "FITTED", "found")?;
+    let row = |name: &str, [used, found]: [f64; 2]| writeln!(Printed, "{name:<24}{used:>10.3}{found:>10.3}");
     let [used, found] = laws.map(|law| fit::free(&law));
-    FREE.iter().zip(used.into_iter().zip(found)).for_each(|(name, (used, found))| row(name, [used, found]));
-    println!("{:<24}{:>10.5}{:>10.5}", "score", scores[0], scores[1]);
+    FREE.iter().zip(used.into_iter().zip(found)).try_for_each(|(name, (used, found))| row(name, [used, found]))?;
+    writeln!(Printed, "{:<24}{:>10.5}{:>10.5}", "score", scores[0], scores[1])?;
     let [used, found] = laws.map(|law| fit::sliding(&law));
-    SLIDING.iter().zip(used.into_iter().zip(found)).for_each(|(name, (used, found))| row(name, [used, found]));
+    SLIDING.iter().zip(used.into_iter().zip(found)).try_for_each(|(name, (used, found))| row(name, [used, found]))?;
     let [used, found] = laws.map(|law| fit::strokes_score(law, GridShape::PAPER));
-    println!("{:<24}{:>10.5}{:>10.5}", "score", used?, found?);
-    row("slide_heap", laws.map(|law| f64::from(law.slide_heap)));
-    Ok(())
+    writeln!(Printed, "{:<24}{:>10.5}{:>10.5}", "score", used?, found?)?;
+    Ok(row("slide_heap", laws.map(|law| f64::from(law.slide_heap)))?)
 }
 
-fn print_dents(dents: &[KnownDent], used: &[Misfit], found: &[Misfit]) {
-    println!("\n{:<32}{:^30}{:^30}", "per cent", "FITTED", "found");
-    println!("{:<32}{1:>10}{2:>10}{3:>10}{1:>10}{2:>10}{3:>10}", "dent", "permanent", "loaded", "force");
+fn print_dents(dents: &[KnownDent], used: &[Misfit], found: &[Misfit]) -> io::Result<()> {
+    writeln!(Printed, "\n{:<32}{:^30}{:^30}", "per cent", "FITTED", "found")?;
+    writeln!(Printed, "{:<32}{1:>10}{2:>10}{3:>10}{1:>10}{2:>10}{3:>10}", "dent", "permanent", "loaded", "force")?;
     for ((dent, used), found) in dents.iter().zip(used).zip(found) {
-        print!("{:<32}", format!("{} {} mm", dent.name, dent.dent.depth.as_mm()));
+        write!(Printed, "{:<32}", format!("{} {} mm", dent.name, dent.dent.depth.as_mm()))?;
         for misfit in [used, found] {
             let [permanent, loaded, force] = [misfit.permanent, misfit.loaded, misfit.force].map(|part| 100.0 * part);
-            print!("{permanent:>10.2}{loaded:>10.2}{force:>+10.2}");
+            write!(Printed, "{permanent:>10.2}{loaded:>10.2}{force:>+10.2}")?;
         }
-        println!();
+        writeln!(Printed)?;
     }
+    Ok(())
 }
 
-fn print_strokes(laws: [PlasticLaw; 2]) -> Result<(), FitError> {
-    println!("\n{:<24}{:>10}{:>20}{:>20}", "stroke", "groove", "radial N (ref.)", "tangential N (ref.)");
+fn print_strokes(laws: [PlasticLaw; 2]) -> Printing {
+    writeln!(Printed, "\n{:<24}{:>10}{:>20}{:>20}", "stroke", "groove", "radial N (ref.)", "tangential N (ref.)")?;
     for (whose, law) in ["FITTED", "found"].into_iter().zip(laws) {
-        println!("{whose}");
+        writeln!(Printed, "{whose}")?;
         let method = PlasticCsem { law };
         let drawn = strokes::draw(method, GridShape::PAPER)?;
         for (figures, state) in drawn
@@ -185,7 +184,7 @@ fn print_strokes(laws: [PlasticLaw; 2]) -> Result<(), FitError> {
             let [radial, along] = [(radial, reference_force_n[0]), (along, reference_force_n[1])]
                 .map(|(ours, theirs)| format!("{ours:.2} ({theirs:.2})"));
             let stroke = format!("{name} {number}");
-            println!("{stroke:<24}{:>8.1} %{radial:>20}{along:>20}  {state}", 100.0 * groove);
+            writeln!(Printed, "{stroke:<24}{:>8.1} %{radial:>20}{along:>20}  {state}", 100.0 * groove)?;
         }
     }
     Ok(())

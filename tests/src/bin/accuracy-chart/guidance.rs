@@ -3,8 +3,10 @@
 //! Owns its flags and what it prints; lessons and files are the library's.
 //! Invariant: what is printed is what is written.
 
+use std::io::Write;
 use std::path::PathBuf;
 
+use pottery_tests::printed::Printed;
 use pottery_tests::{chart, stability};
 
 #[derive(clap::Args, Debug)]
@@ -22,6 +24,5 @@ pub(crate) fn run(flags: &GuidanceFlags) -> Result<(), Box<dyn std::error::Error
         let path = flags.out.join(name);
         std::fs::write(&path, bytes).map_err(|source| chart::ChartError::Write { path, source })?;
     }
-    print!("{}", chart::csv::text(&figures));
-    Ok(())
+    Ok(write!(Printed, "{}", chart::csv::text(&figures))?)
 }

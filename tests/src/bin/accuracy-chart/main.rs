@@ -107,6 +107,11 @@ fn make_folder(folder: &Path) -> Result<(), String> {
         .map_err(|error| format!("the folder {} cannot be made: {error}; choose another with --out", folder.display()))
 }
 
+/// Whether a name has these words in it, in any case.
+fn has(name: &str, words: &str) -> bool {
+    name.to_lowercase().contains(&words.to_lowercase())
+}
+
 fn refused(why: &dyn std::fmt::Display) -> ExitCode {
     eprintln!("accuracy-chart: {why}");
     ExitCode::from(2)

@@ -1,13 +1,15 @@
 //! `accuracy-chart network`: how far predicted clay is off, and what a byte buys.
 //!
 //! Owns its flags and what is shown while it runs; measurements, files and pictures are the library's.
-//! Invariant: the folder is made before anything is measured, so that minutes are not spent for nothing.
+//! Invariant: a session that cannot be gone through is refused before the folder is made, and nothing is measured before both.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use pottery_tests::chart::network::{NetworkExtent, files, measure};
 use pottery_tests::chart::{ChartError, csv};
+use pottery_tests::printed::Printed;
 
 const MEANING: &str = "\
 What it writes:
@@ -37,7 +39,6 @@ pub(crate) struct NetworkFlags {
 
 /// Measures, draws, writes, and prints the tables.
 pub(crate) fn run(flags: &NetworkFlags) -> Result<(), Box<dyn std::error::Error>> {
-    crate::make_folder(&flags.out)?;
     let extent = if flags.quick { NetworkExtent::quick() } else { NetworkExtent::full() };
     let begin = Instant::now();
     let figures = crate::progress::shown(begin, |progress| measure(&extent, &flags.out, &flags.session, progress))??;
@@ -45,9 +46,9 @@ pub(crate) fn run(flags: &NetworkFlags) -> Result<(), Box<dyn std::error::Error>
         let path = flags.out.join(name);
         std::fs::write(&path, bytes).map_err(|source| ChartError::Write { path, source })?;
     }
-    print!("{}", csv::text(&figures.prediction));
-    print!("{}", csv::text(&figures.subscription));
-    print!("{}", csv::text(&figures.codecs));
+    write!(Printed, "{}", csv::text(&figures.prediction))?;
+    write!(Printed, "{}", csv::text(&figures.subscription))?;
+    write!(Printed, "{}", csv::text(&figures.codecs))?;
     eprintln!("{}: after {:.0} s", flags.out.display(), begin.elapsed().as_secs_f64());
     Ok(())
 }

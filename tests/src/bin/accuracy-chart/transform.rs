@@ -1,13 +1,16 @@
 //! `accuracy-chart transform`: what the way from radii to a picture costs, on every graphics adapter that is here.
 //!
 //! Owns its flags and what it prints; the measurement and the files are the library's.
+//! Invariant: a name that fits no adapter is refused before the folder is made.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_client::render::Gpu;
 use pottery_tests::chart::machine::Machine;
 use pottery_tests::chart::{ChartError, transform};
+use pottery_tests::printed::Printed;
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct TransformFlags {
@@ -17,7 +20,7 @@ pub(crate) struct TransformFlags {
     /// Up to 144,000 elements only, and fewer pictures
     #[arg(long)]
     quick: bool,
-    /// Only adapters that have these words in their names
+    /// Only adapters that have these words in their names, in any case
     #[arg(long, value_name = "WORDS")]
     adapter: Option<String>,
     /// Written into the files as the day of the measurement
@@ -27,10 +30,9 @@ pub(crate) struct TransformFlags {
 
 /// Measures on every adapter, writes the files and prints the table.
 pub(crate) fn run(flags: &TransformFlags) -> Result<(), Box<dyn std::error::Error>> {
-    crate::make_folder(&flags.out)?;
     let mut adapters = Gpu::every();
     let names: Vec<_> = adapters.iter().map(|gpu| gpu.name().to_owned()).collect();
-    adapters.retain(|gpu| flags.adapter.as_ref().is_none_or(|words| gpu.name().contains(words.as_str())));
+    adapters.retain(|gpu| flags.adapter.as_ref().is_none_or(|words| crate::has(gpu.name(), words)));
     match (adapters.is_empty(), names.is_empty()) {
         (true, true) => {
             let why = "no graphics adapter was found: install a driver, on Debian `apt install mesa-vulkan-drivers`";
@@ -39,6 +41,7 @@ pub(crate) fn run(flags: &TransformFlags) -> Result<(), Box<dyn std::error::Erro
         (true, false) => return Err(format!("no adapter has such a name; there are: {}", names.join("; ")).into()),
         _ => {}
     }
+    crate::make_folder(&flags.out)?;
     let grids = transform::grids(flags.quick);
     let bar = ProgressBar::new((grids.len() * adapters.len()) as u64);
     bar.set_style(ProgressStyle::with_template("{bar:32.green} {pos}/{len} {msg}")?);
@@ -56,6 +59,5 @@ pub(crate) fn run(flags: &TransformFlags) -> Result<(), Box<dyn std::error::Erro
         let path = flags.out.join(name);
         std::fs::write(&path, bytes).map_err(|source| ChartError::Write { path, source })?;
     }
-    println!("{}", transform::page(&figures, &machine));
-    Ok(())
+    Ok(writeln!(Printed, "{}", transform::page(&figures, &machine))?)
 }

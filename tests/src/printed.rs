@@ -1,0 +1,32 @@
+//! What programs print.
+//!
+//! Owns nothing; what is written goes to the standard output.
+//! Invariant: whoever reads no further ends no program, and whatever else goes wrong is an error that says so.
+
+use std::io::{self, ErrorKind, Write};
+
+/// The standard output, for `writeln!`.
+///
+/// Once its reader has closed it, as `head` does, what is written is dropped: a program goes on to its files and its own exit
+/// code. Everything else that goes wrong, as on a full disk, is an error.
+#[derive(Clone, Copy, Debug)]
+pub struct Printed;
+
+impl Write for Printed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        passed(io::stdout().write(bytes), bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        passed(io::stdout().flush(), ())
+    }
+}
+
+/// The result, or `dropped` when nobody reads any more.
+fn passed<T>(result: io::Result<T>, dropped: T) -> io::Result<T> {
+    match result {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(dropped),
+        Err(error) => Err(io::Error::new(error.kind(), format!("the figures cannot be printed: {error}"))),
+        done => done,
+    }
+}
