@@ -15,6 +15,7 @@ mod crew;
 mod doorkeeper;
 mod event;
 mod figures;
+mod folder;
 mod input;
 mod lesson;
 mod link;

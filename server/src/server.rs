@@ -16,6 +16,7 @@ use tokio::task::JoinHandle;
 use crate::announcing::{Announcement, usual_name};
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
+use crate::folder::Folder;
 use crate::recording::Recorder;
 use crate::store::StoreError;
 use crate::teacher::Teacher;
@@ -123,12 +124,13 @@ impl Server {
     /// [`ServerError`] saying what is in the way.
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
+        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
         let certificate = config.data.as_deref().map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
         let (is_announced, wheels) = (config.is_announced, config.wheels);
         let class = config.class.clone().unwrap_or_else(|| usual_name(&fingerprint));
-        let mut server = Self::start_on(endpoint, &fingerprint, config)?;
+        let mut server = Self::open(endpoint, &fingerprint, config, folder)?;
         if is_announced {
             server.announcement = Announcement::begin(&class, server.address, wheels);
         }
@@ -144,6 +146,16 @@ impl Server {
         fingerprint: &[u8; 32],
         config: ServerConfig,
     ) -> Result<Self, ServerError> {
+        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
+        Self::open(endpoint, fingerprint, config, folder)
+    }
+
+    fn open(
+        endpoint: quinn::Endpoint,
+        fingerprint: &[u8; 32],
+        config: ServerConfig,
+        folder: Option<Folder>,
+    ) -> Result<Self, ServerError> {
         let address = endpoint.local_addr().map_err(|source| ServerError::Endpoint { source })?;
         let operating = config.operate.map(operation::listen).transpose()?;
         let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
@@ -151,7 +163,7 @@ impl Server {
             Some(code) => code.on_server(fingerprint),
             None => JoinCode::new(random()?, fingerprint),
         };
-        let (mut room, store) = opening::open(&config, &code)?;
+        let (mut room, store) = opening::open(&config, &code, folder)?;
         let teacher = Teacher::of(config.data.as_deref(), config.renews_teacher)?;
         room.keep_doors(DoorConfig {
             secret: Some(random()?),

@@ -171,21 +171,6 @@ fn whatever_is_refused_is_refused_in_one_sentence() {
     }
 }
 
-#[cfg(target_os = "linux")]
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_folder_that_takes_nothing_costs_memory_of_yesterday_and_not_the_lesson() {
-    // even who may do everything cannot make a file there
-    let data = Some(Path::new("/proc/self/task").to_owned());
-    let server = Server::start(ServerConfig { data, ..config() }).unwrap();
-    let (_end, teacher) = join(&teachers(&server)).await.unwrap();
-    tokio::time::sleep(Duration::from_millis(1500)).await;
-    assert!(teacher.settle(PATIENCE).await);
-    let standing = server.standing().await.unwrap();
-    assert!(standing.digests[0] != standing.digests[1], "the lesson goes on");
-    teacher.leave().await.unwrap();
-    server.stop().await;
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_short_code_keeps_to_the_key_that_was_shown_first() {
     let code: JoinCode = "K7QM-3XPD".parse().unwrap();

@@ -178,37 +178,36 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
 
 /// Not even who may do everything can make a file there.
 #[cfg(target_os = "linux")]
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_folder_that_takes_nothing_is_said_in_a_sentence_for_each_thing_that_is_not_kept() {
-    let child = Command::new(program("pottery-server"))
-        .args(["--listen", "127.0.0.1:0", "--no-announce", "--data", "/proc/self/task"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut own = Own::new(child);
-    press(&own.target(1), 1.6).await;
-    // a wheel that was left is looked at ten times a second, and what came of writing its pot is seen the next time
-    tokio::time::sleep(Duration::from_millis(500)).await;
-    press(&own.target(1), 0.5).await;
-    terminate(&mut own.child);
-    let mut log = String::new();
-    own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
-    for sentence in [
-        "the server's key is good for this run only",
-        "the teacher's token is good for this run only",
-        "pots are not kept at the moment, and the lesson goes on",
-    ] {
-        assert_eq!(log.lines().filter(|line| line.contains(sentence)).count(), 1, "{sentence}: {log}");
+#[test]
+fn a_folder_that_takes_nothing_is_refused_at_the_start() {
+    for (path, word) in [("/proc/self/task", "--data"), ("/etc/passwd", "no folder"), ("/proc/pots", "--data")] {
+        let output = server(&["--listen", "127.0.0.1:0", "--no-announce", "--data", path], &[]);
+        let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && sentence.contains(path) && sentence.contains(word), "{sentence}");
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
     }
-    assert!(!log.contains("panicked"), "{log}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_second_server_on_a_folder_is_refused_and_the_first_goes_on() {
+    let data = folder("taken");
+    let kept = ServerConfig { data: Some(data.clone()), ..config() };
+    let first = Server::start(kept.clone()).unwrap();
+    let output = server(&["--listen", "127.0.0.1:0", "--no-announce", "--data", data.to_str().unwrap()], &[]);
+    let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && sentence.contains("another server uses the folder"), "{sentence}");
+    assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    press(&target(&first, 1), 0.5).await;
+    first.stop().await;
+    Server::start(kept).unwrap().stop().await;
+    fs::remove_dir_all(data).unwrap();
 }
 
 /// Whether a file of a data folder is one of those that are meant to be there.
 #[cfg(target_os = "linux")]
 fn is_kept_for_good(entry: &fs::DirEntry) -> bool {
     let name = entry.file_name().into_string().unwrap();
-    ["wheel-", "server-key", "server-certificate", "teacher-token"].iter().any(|begin| name.starts_with(begin))
+    ["wheel-", "server-key", "server-certificate", "server.lock", "teacher-token"].iter().any(|begin| name.starts_with(begin))
 }
 
 /// What a page says, with its head.
