@@ -46,6 +46,17 @@ pub enum ServerError {
         /// What the library said.
         reason: String,
     },
+    /// The kept key or its certificate cannot be used.
+    #[error(
+        "{path} cannot be used ({reason}): put back what was there, or take server-key.der and server-certificate.der away, and everybody \
+         will be asked to trust a new key"
+    )]
+    Key {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The session file cannot be begun.
     #[error(
         "the recording {path} cannot be begun ({source}): choose a file that does not exist yet, where one can be written"
