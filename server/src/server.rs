@@ -21,7 +21,7 @@ use crate::recording::Recorder;
 use crate::store::StoreError;
 use crate::teacher::Teacher;
 use crate::ticking::Ticking;
-use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, opening, operation, transport};
+use crate::{Certificate, ConfigError, Figures, Losses, ServerConfig, connection, opening, operation, transport};
 
 /// Why a server does not run.
 #[derive(Debug, thiserror::Error)]
@@ -122,7 +122,7 @@ pub struct Server {
     endpoint: quinn::Endpoint,
     events: mpsc::Sender<Event>,
     accepting: JoinHandle<()>,
-    ticking: JoinHandle<()>,
+    ticking: JoinHandle<Losses>,
     operating: Option<JoinHandle<()>>,
     operated_at: Option<SocketAddr>,
     announcement: Option<Announcement>,
@@ -251,8 +251,8 @@ impl Server {
         answered.await.map_err(|_| ServerError::Stopped)
     }
 
-    /// Tells everybody, waits until they heard it, and frees the port.
-    pub async fn stop(mut self) {
+    /// Tells everybody, waits until they heard it, and frees the port; what could not be kept, of which the log says why.
+    pub async fn stop(mut self) -> Losses {
         if let Some(announcement) = self.announcement.take()
             && tokio::task::spawn_blocking(|| announcement.end()).await.is_err()
         {
@@ -262,11 +262,12 @@ impl Server {
         if let Some(operating) = &self.operating {
             operating.abort();
         }
-        if self.events.send(Event::Stop).await.is_ok()
-            && let Err(error) = self.ticking.await
-        {
+        // one that has ended hears nothing and says how it ended all the same
+        drop(self.events.send(Event::Stop).await);
+        let losses = self.ticking.await.unwrap_or_else(|error| {
             tracing::error!(%error, "the ticking task did not end well");
-        }
+            Losses { has_failed: true, ..Losses::default() }
+        });
         self.endpoint.close(0_u32.into(), b"the studio closes");
         if tokio::time::timeout(Duration::from_secs(2), self.endpoint.wait_idle()).await.is_err() {
             tracing::debug!("some peers did not confirm the end");
@@ -276,6 +277,7 @@ impl Server {
             tracing::info!(address = %self.address, "the port is still taken");
         }
         tracing::info!("the studio is closed");
+        losses
     }
 }
 

@@ -274,4 +274,21 @@ mod tests {
         assert_eq!(passed(&mut store, 151..400, 3).await, 0, "it is as it was written");
         fs::remove_dir_all(folder).expect("what was written can be removed");
     }
+
+    #[tokio::test]
+    async fn a_pot_whose_folder_has_gone_is_told_at_the_end() {
+        let folder = std::env::temp_dir().join(format!("pottery-store-gone-{}", std::process::id()));
+        let open = || {
+            let held = Folder::hold(&folder).expect("a new folder can be made");
+            let (mut store, _) = Store::open(held, 2, false).expect("it has no pots");
+            store.know(|_| Some(1));
+            store
+        };
+        let pot = || Some(PotFile::of(&Pot::new(PotSpec::default()).ok()?, &Conditions::default(), Tick(0)));
+        let (whole, lost) = (open().finish(|_| Some(2), |_| pot()).await, open());
+        assert!(whole.is_empty(), "{whole:?}");
+        fs::remove_dir_all(&folder).expect("what was written can be removed");
+        let told = lost.finish(|wheel| Some(1 + wheel as u64), |_| pot()).await;
+        assert!(told.len() == 1 && told[0].contains("wheel-2.pot"), "the first is as it was: {told:?}");
+    }
 }
