@@ -191,7 +191,8 @@ impl Server {
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
-        let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));
+        let operating =
+            operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone(), *fingerprint)));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
         Ok(Self {
             address,

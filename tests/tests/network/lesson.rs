@@ -267,7 +267,7 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
         (&["freeze", "2"], Some(foreign.as_str()), "not the teacher's token"),
         (&["freeze"], Some(token.as_str()), "wheel"),
         (&["freeze", "9"], Some(token.as_str()), "no wheel 9"),
-        (&["dance"], Some(token.as_str()), "say lock"),
+        (&["dance"], Some(token.as_str()), "'dance' is not understood: say lock"),
     ] {
         let said = console(&server, words, token);
         assert!(!said.status.success() && text(&said).contains(word), "{words:?}: {}", text(&said));
@@ -279,6 +279,8 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
     assert!(text(&console(&server, &["--once"], None)).contains("frozen"));
     let said = text(&console(&server, &["new-code"], Some(&token)));
     assert!(said.starts_with("done") && !said.contains(code), "{said}");
+    let new: JoinCode = said.trim_end().rsplit(' ').next().unwrap().parse().unwrap();
+    assert_eq!(new.print(), server.code().print(), "who types it comes to this server and no other: {said}");
     assert_eq!(refusal(join(&target(&server, 1)).await), Refusal::CodeGone);
     student.leave().await.unwrap();
     server.stop().await;
