@@ -1,7 +1,7 @@
 //! What a server is started with: defaults, then a file, then flags.
 //!
 //! Owns names, ranges and the sentences about them; opens nothing but the file it is told to read.
-//! Invariant: a configuration that exists was checked.
+//! Invariant: what flags and file say together is checked, and nothing starts unchecked.
 
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -131,6 +131,14 @@ impl ServerConfig {
             return Err(ConfigError::WheelSpeed { rpm, max: Wheel::RPM_MAX.0 });
         }
         Material::new(self.clay.viscosity, self.clay.strength)?;
+        if self.code.as_ref().is_some_and(|code| code.print().is_some()) {
+            return Err(ConfigError::LongCode);
+        }
+        match &self.data {
+            Some(folder) if folder.as_os_str().is_empty() => return Err(ConfigError::Data),
+            None if self.is_fresh => return Err(ConfigError::FreshAlone),
+            _ => {}
+        }
         if let Some(address) = self.operate.filter(|address| !address.ip().is_loopback()) {
             return Err(ConfigError::Operate { address });
         }
@@ -222,6 +230,17 @@ pub enum ConfigError {
     /// A code nobody could type.
     #[error(transparent)]
     Code(#[from] JoinCodeError),
+    /// A code with a fingerprint in it.
+    #[error(
+        "give the eight characters of the room alone as the code: the others are the certificate's fingerprint and are made here"
+    )]
+    LongCode,
+    /// A folder without a name.
+    #[error("'data' is empty: name the folder for the pots, or leave it out")]
+    Data,
+    /// Pots to be put aside, and nowhere to look for them.
+    #[error("--fresh puts aside the pots of a data folder: name the folder with --data, or 'data' in the settings")]
+    FreshAlone,
     /// A method that does not exist.
     #[error("there is no method '{name}': choose original, improved or plastic")]
     Method {
@@ -423,10 +442,21 @@ impl FileConfig {
         toml::to_string(self)
     }
 
-    /// The defaults with this file's entries in place.
+    /// The same with what flags say of tool and viewer; a tool of theirs stands in the place of the file's own grid.
+    #[must_use]
+    pub fn with_finest(mut self, tool_mm: Option<f32>, view_mm: Option<f32>) -> Self {
+        if tool_mm.is_some() {
+            (self.columns, self.rows) = (None, None);
+        }
+        self.smallest_tool_mm = tool_mm.or(self.smallest_tool_mm);
+        self.finest_view_mm = view_mm.or(self.finest_view_mm);
+        self
+    }
+
+    /// The defaults with this file's entries in place; ranges are looked at by [`ServerConfig::checked`].
     ///
     /// # Errors
-    /// [`ConfigError`] for an entry out of range.
+    /// [`ConfigError`] for entries that mean nothing, or do not go together.
     pub fn into_config(self) -> Result<ServerConfig, ConfigError> {
         let mut config = ServerConfig::default();
         let pot = &mut config.pot;
@@ -472,6 +502,6 @@ impl FileConfig {
             (None, None) => None,
         };
         config.clay = wetness.map_or(config.clay, Material::from_wetness);
-        config.checked()
+        Ok(config)
     }
 }

@@ -151,7 +151,7 @@ async fn read_datagrams(
 async fn write_control(session: Session, mut stream: SendStream, mut outgoing: mpsc::Receiver<Outgoing>) {
     while let Some(Outgoing::Frame(frame, _room)) = outgoing.recv().await {
         if stream.write_all(&frame).await.is_err() {
-            return;
+            return session.close(3, b"the control stream has ended");
         }
     }
     // the peer closes when it has read to the end; if it does not, it is closed

@@ -4,7 +4,7 @@
 //! Invariant: where nobody looks at a terminal, it says everything once, in plain text.
 
 use std::fmt::Write as _;
-use std::io::{IsTerminal, Read, Write};
+use std::io::{IsTerminal as _, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
@@ -19,14 +19,22 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// A server that has not answered by then does not.
 const PATIENCE: Duration = Duration::from_secs(3);
 
+const ORDERS: &str = "The server has to be started with --operate. Orders, which need the teacher's token:
+  lock, unlock          let nobody else in, and let people in again
+  new-code              make another code; the one before lets nobody in
+  lobby, no-lobby       let who comes wait for the teacher, or come in at once
+  admit-all             let in everybody who waits
+  end                   end the lesson: students are sent home
+  freeze, thaw WHEEL    let no press count at a wheel, and let them count again
+  open, close WHEEL     let people work at a wheel, or nobody
+WHEEL is a wheel's number, from 1, or all.";
+
 /// How the lesson on this machine's server stands, and what a teacher orders there.
-///
-/// The server has to be started with --operate. Orders need the teacher's token: lock, unlock, new-code, lobby, no-lobby, admit-all,
-/// end, and freeze, thaw, open or close with a wheel's number or all.
 #[derive(Args, Debug)]
+#[command(after_help = ORDERS)]
 pub(crate) struct ConsoleFlags {
     /// The operators' address of the server
-    #[arg(long, value_name = "ADDRESS", env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
+    #[arg(long, value_name = "ADDRESS", value_parser = crate::address, env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
     operate: SocketAddr,
     /// Say everything once and stop
     #[arg(long)]
@@ -44,8 +52,7 @@ pub(crate) fn run(flags: &ConsoleFlags) -> anyhow::Result<()> {
         let words = flags.order.join(" ");
         order_of(&words)?;
         let token = flags.teacher_token.context("an order needs the teacher's token: give --teacher-token")?;
-        print!("{}", order(flags.operate, &token, &words)?);
-        return Ok(());
+        return crate::print(&order(flags.operate, &token, &words)?);
     }
     let stays = !flags.once && std::io::stdout().is_terminal();
     let mut before = Value::Null;
@@ -53,12 +60,10 @@ pub(crate) fn run(flags: &ConsoleFlags) -> anyhow::Result<()> {
         let lesson = look(flags.operate)?;
         let page = page(&lesson, &before);
         if !stays {
-            print!("{page}");
-            return Ok(());
+            return crate::print(&page);
         }
         // from the corner on, over what stood there
-        print!("\x1b[H\x1b[2J{page}");
-        std::io::stdout().flush()?;
+        crate::print(&format!("\x1b[H\x1b[2J{page}"))?;
         before = lesson;
         std::thread::sleep(LOOK_EVERY);
     }
@@ -118,7 +123,9 @@ fn page(lesson: &Value, before: &Value) -> String {
         let frozen = if wheel["frozen"] == true { "frozen" } else { "" };
         let closed = if wheel["open"] == true { "" } else { "closed" };
         let rpm = wheel["rpm"].as_f64().unwrap_or_default();
-        line(format!("{number:<7}{:>7}{rpm:>7}{age:>10}  {frozen} {closed}", wheel["people"]).trim_end().to_owned());
+        // a value of JSON pays no heed to a width
+        let there = wheel["people"].to_string();
+        line(format!("{number:<7}{there:>7}{rpm:>7}{age:>10}  {frozen} {closed}").trim_end().to_owned());
     }
     line(String::new());
     line(format!("{:<7}{:<16}{:<9}{:>5}  {}", "number", "name", "role", "wheel", "state"));
@@ -128,10 +135,10 @@ fn page(lesson: &Value, before: &Value) -> String {
         let looks_on = if person["works"] == true { "" } else { "looks on" };
         let row = format!(
             "{:<7}{:<16}{:<9}{:>5}  {} {touching}{looks_on}",
-            person["number"],
+            person["number"].to_string(),
             text("name"),
             text("role"),
-            person["wheel"],
+            person["wheel"].to_string(),
             text("presence")
         );
         line(row.trim_end().to_owned());
@@ -155,4 +162,33 @@ fn wake_us(now: &Value, before: &Value, percent: u64) -> u64 {
         seen > wanted
     });
     found.map_or(0, |(us, _)| *us)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn what_is_said_of_a_person_stands_under_its_heading() {
+        let person = |number: u16, wheel: u16| {
+            json!({
+                "number": number, "name": "otter", "role": "student", "wheel": wheel, "works": true, "presence": "here",
+                "touching": true,
+            })
+        };
+        let wheel = json!({ "open": true, "frozen": true, "people": 2, "rpm": 60.0, "age_ms": 12 });
+        let lesson = json!({ "people": [person(3, 1), person(1204, 117)], "wheels": [wheel], "late": 0 });
+        let page = page(&lesson, &Value::Null);
+        let lines: Vec<_> = page.lines().collect();
+        assert_eq!(lines[3..5], ["wheel   people    rpm  delta ms  state", "1            2     60        12  frozen"]);
+        assert_eq!(
+            lines[6..],
+            [
+                "number name            role     wheel  state",
+                "3      otter           student      1  here touching",
+                "1204   otter           student    117  here touching",
+            ]
+        );
+    }
 }

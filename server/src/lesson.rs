@@ -77,13 +77,16 @@ impl Lesson {
 }
 
 /// Why words are no order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
-    /// None that is known.
+    /// A word that is none.
     #[error(
-        "say lock, unlock, new-code, lobby, no-lobby, admit-all, end, or freeze, thaw, open or close and a wheel's number or all"
+        "'{word}' is not understood: say lock, unlock, new-code, lobby, no-lobby, admit-all, end, or freeze, thaw, open or close and a wheel's number or all"
     )]
-    Unknown,
+    Unknown {
+        /// The word.
+        word: String,
+    },
     /// A wheel's number is missing or none.
     #[error("that order is about a wheel: say its number, from 1, or all")]
     Wheel,
@@ -104,20 +107,20 @@ pub enum OrderError {
 pub fn order_of(words: &str) -> Result<Order, OrderError> {
     let mut words = words.split_whitespace();
     let (verb, which) = (words.next().unwrap_or_default(), words.next());
-    if words.next().is_some() {
-        return Err(OrderError::Unknown);
+    let unknown = |word: &str| OrderError::Unknown { word: word.to_owned() };
+    if let Some(word) = words.next() {
+        return Err(unknown(word));
     }
     let wheel = || match which {
         Some("all") => Ok(0),
         Some(number) => number.parse().ok().filter(|wheel| *wheel > 0).ok_or(OrderError::Wheel),
         None => Err(OrderError::Wheel),
     };
-    Ok(match verb {
+    let order = match verb {
         "freeze" => Order::Freeze { wheel: wheel()?, is_frozen: true },
         "thaw" => Order::Freeze { wheel: wheel()?, is_frozen: false },
         "open" => Order::Open { wheel: wheel()?, is_open: true },
         "close" => Order::Open { wheel: wheel()?, is_open: false },
-        _ if which.is_some() => return Err(OrderError::Unknown),
         "lock" => Order::Lock { is_locked: true },
         "unlock" => Order::Lock { is_locked: false },
         "new-code" => Order::NewCode,
@@ -125,6 +128,10 @@ pub fn order_of(words: &str) -> Result<Order, OrderError> {
         "no-lobby" => Order::Lobby { is_on: false },
         "admit-all" => Order::Admit { client: 0, is_admitted: true },
         "end" => Order::End,
-        _ => return Err(OrderError::Unknown),
-    })
+        _ => return Err(unknown(verb)),
+    };
+    match which {
+        Some(word) if !matches!(order, Order::Freeze { .. } | Order::Open { .. }) => Err(unknown(word)),
+        _ => Ok(order),
+    }
 }

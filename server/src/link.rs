@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use pottery_shared::session::{Pace, Telling};
+use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use web_transport_quinn::Session;
 
@@ -135,12 +136,17 @@ impl Link {
     /// Queues a frame; false when the peer takes nothing in.
     pub(crate) fn send_control(&self, frame: Vec<u8>) -> bool {
         let Ok(room) = Arc::clone(&self.control_room).try_acquire_many_owned(frame.len() as u32) else { return false };
-        self.control.try_send(Outgoing::Frame(frame, room)).is_ok()
+        self.queue(Outgoing::Frame(frame, room))
     }
 
     /// Ends the connection once the queued frames are through; false when the queue is full.
     pub(crate) fn finish(&self) -> bool {
-        self.control.try_send(Outgoing::Finish).is_ok()
+        self.queue(Outgoing::Finish)
+    }
+
+    /// False when the queue is full. Whoever has gone is not too slow, and is about to be reported as gone.
+    fn queue(&self, next: Outgoing) -> bool {
+        !matches!(self.control.try_send(next), Err(TrySendError::Full(_)))
     }
 
     /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.

@@ -1,6 +1,6 @@
 //! The `pottery-server` binary: flags, a file, signals.
 //!
-//! Everything else is the library's. Invariant: SIGINT and SIGTERM end it with everybody told and exit code 0.
+//! Everything else is the library's. Invariant: SIGINT and SIGTERM end it with everybody told, and exit code 0 means that everything was kept.
 
 /// Says a line to whoever reads; that nobody does any more is no reason to stop.
 macro_rules! say {
@@ -11,15 +11,18 @@ macro_rules! say {
 
 mod console;
 
+use std::cmp::Ordering;
+use std::io::{IsTerminal as _, Write as _};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use anyhow::Context as _;
+use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use pottery_files::sentence::sentence;
-use pottery_server::{FileConfig, Finest, Server, ServerConfig};
-use pottery_shared::clay::{Form, Material, Preset, Support, Wetness};
+use pottery_server::{FileConfig, Server, ServerConfig, stop_signal};
+use pottery_shared::clay::{Form, Material, MethodKind, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -34,7 +37,7 @@ struct Flags {
     #[command(subcommand)]
     command: Option<Command>,
     /// UDP address to listen on [default: [::]:4747, all networks]
-    #[arg(long, env = "POTTERY_LISTEN")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_LISTEN")]
     listen: Option<SocketAddr>,
     /// Join code of 8 characters; a fresh one at each start when left out
     #[arg(long, env = "POTTERY_CODE")]
@@ -55,29 +58,32 @@ struct Flags {
     #[arg(long)]
     new_teacher_token: bool,
     /// Number of wheels, each with its own pot
-    #[arg(long, env = "POTTERY_WHEELS")]
+    #[arg(long, value_parser = count(ServerConfig::WHEELS_MAX), env = "POTTERY_WHEELS")]
     wheels: Option<u16>,
     /// Most people at one time [default: 64]
-    #[arg(long, env = "POTTERY_PEOPLE")]
+    #[arg(long, value_parser = count(ServerConfig::PEOPLE_MAX), env = "POTTERY_PEOPLE")]
     people: Option<u16>,
     /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
     #[arg(long, value_name = "NAME", value_parser = form, env = "POTTERY_FORM")]
     form: Option<Form>,
     /// Radius of the smallest tool that anybody will use, mm: the grid of every pot is as coarse as that tool allows. A finger has
     /// 8 to 12, and takes a tenth of the elements [default: 360 x 400 of them, which do for 4 mm]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, env = "POTTERY_SMALLEST_TOOL_MM")]
     smallest_tool_mm: Option<f32>,
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
-    #[arg(long, value_name = "MM", requires = "smallest_tool_mm", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, env = "POTTERY_FINEST_VIEW_MM")]
     finest_view_mm: Option<f32>,
     /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
     #[arg(long, value_name = "NAME", value_parser = support, env = "POTTERY_SUPPORT")]
     support: Option<Support>,
+    /// How clay deforms: original, improved or plastic [default: plastic]
+    #[arg(long, value_name = "NAME", value_parser = method, env = "POTTERY_METHOD")]
+    method: Option<MethodKind>,
     /// Clay as potters name it: stiff, throwing, soft or slip [default: throwing]
     #[arg(long, value_name = "NAME", value_parser = preset, env = "POTTERY_CLAY")]
     clay: Option<Preset>,
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs)
-    #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
+    #[arg(long, value_name = "INDEX", value_parser = wetness, allow_negative_numbers = true, env = "POTTERY_WETNESS")]
     wetness: Option<Wetness>,
     /// Session file to write while the studio is open: pottery-studio replay goes through it again. It must not exist yet
     #[arg(long, value_name = "FILE")]
@@ -90,10 +96,10 @@ struct Flags {
     #[arg(long, value_name = "DIR", env = "POTTERY_DATA")]
     data: Option<PathBuf>,
     /// Begin with new pots; those in the data folder get another name
-    #[arg(long, requires = "data")]
+    #[arg(long)]
     fresh: bool,
     /// Loopback address that answers GET /livez, /readyz and /metrics
-    #[arg(long, value_name = "ADDRESS", env = "POTTERY_OPERATE")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_OPERATE")]
     operate: Option<SocketAddr>,
     /// How the log is written on standard error
     #[arg(long, value_enum, default_value_t = Log::Text, env = "POTTERY_LOG")]
@@ -127,6 +133,21 @@ const EXAMPLES: &str = "Examples:
   pottery-server console freeze 2                 order something, with the teacher's token
   pottery-server --wheels 4 --print-config        a file to begin settings from";
 
+pub(crate) fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
+}
+
+fn count(max: u16) -> impl Fn(&str) -> Result<u16, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| (1..=max).contains(number));
+        number.ok_or_else(|| format!("choose a number from 1 to {max}"))
+    }
+}
+
+fn method(text: &str) -> Result<MethodKind, String> {
+    MethodKind::from_name(text).ok_or_else(|| "choose original, improved or plastic".into())
+}
+
 fn form(text: &str) -> Result<Form, String> {
     Form::from_name(text).ok_or_else(|| "choose cylinder, bowl, bottle or ball".into())
 }
@@ -155,31 +176,55 @@ enum Log {
 
 #[tokio::main]
 async fn main() -> ExitCode {
-    let flags = Flags::parse();
+    let matches = Flags::command().get_matches();
+    let flags = Flags::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
     let filter = asked.unwrap_or_else(|| Targets::new().with_target("pottery_server", LevelFilter::INFO));
-    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let has_colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
+    // who reads the log no longer is no reason to end
+    let log =
+        tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(has_colours).log_internal_errors(false);
     match flags.log {
         Log::Text => tracing_subscriber::registry().with(log).with(filter).init(),
         Log::Json => tracing_subscriber::registry().with(log.json()).with(filter).init(),
     }
-    match run(flags).await {
+    match run(flags, &matches).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("pottery-server: {}", sentence(error.as_ref()));
+            drop(writeln!(std::io::stderr(), "pottery-server: {}", sentence(error.as_ref())));
             ExitCode::FAILURE
         }
     }
 }
 
-async fn run(flags: Flags) -> anyhow::Result<()> {
+/// Prints what the program was run for.
+///
+/// # Errors
+/// Nobody takes it.
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("it cannot be printed")
+}
+
+/// How wet the clay is to be, where flags or the environment say so; flags stand before the environment.
+fn asked_wetness(flags: &Flags, matches: &ArgMatches) -> anyhow::Result<Option<Wetness>> {
+    match matches.value_source("clay").cmp(&matches.value_source("wetness")) {
+        Ordering::Greater => Ok(flags.clay.map(Preset::wetness)),
+        Ordering::Less => Ok(flags.wetness),
+        Ordering::Equal if flags.clay.is_none() => Ok(None),
+        Ordering::Equal => anyhow::bail!(
+            "--clay and --wetness, or POTTERY_CLAY and POTTERY_WETNESS, both say what the clay is: leave one of them out"
+        ),
+    }
+}
+
+async fn run(flags: Flags, matches: &ArgMatches) -> anyhow::Result<()> {
+    let wetness = asked_wetness(&flags, matches)?;
     if let Some(Command::Console(flags)) = flags.command {
         return tokio::task::spawn_blocking(move || console::run(&flags)).await?;
     }
-    let mut config: ServerConfig = match &flags.config {
-        Some(path) => FileConfig::read(path)?.into_config()?,
-        None => ServerConfig::default(),
-    };
+    let file = flags.config.as_deref().map_or_else(|| Ok(FileConfig::default()), FileConfig::read)?;
+    let mut config = file.with_finest(flags.smallest_tool_mm, flags.finest_view_mm).into_config()?;
     config.listen = flags.listen.unwrap_or(config.listen);
     config.wheels = flags.wheels.unwrap_or(config.wheels);
     config.people_max = flags.people.unwrap_or(config.people_max);
@@ -192,18 +237,13 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
     config.record = flags.record;
     config.form = flags.form.unwrap_or(config.form);
     config.pot.support = flags.support.unwrap_or(config.pot.support);
-    if let Some(wetness) = flags.wetness.or(flags.clay.map(Preset::wetness)) {
-        config.clay = Material::from_wetness(wetness);
-    }
-    if let Some(tool) = flags.smallest_tool_mm {
-        config.finest = Some(Finest::of_mm(tool, flags.finest_view_mm));
-    }
+    config.method = flags.method.unwrap_or(config.method);
+    config.clay = wetness.map_or(config.clay, Material::from_wetness);
     config.data = flags.data.or(config.data);
     config.is_fresh = flags.fresh;
     config.operate = flags.operate.or(config.operate);
     if flags.print_config {
-        print!("{}", FileConfig::of(&config.checked()?).to_toml()?);
-        return Ok(());
+        return print(&FileConfig::of(&config.checked()?).to_toml()?);
     }
     // before anybody is told that it listens, and may end it
     let stopped = stop_signal()?;
@@ -226,24 +266,7 @@ async fn run(flags: Flags) -> anyhow::Result<()> {
         }
     }
     say!("closing: telling everybody");
-    server.stop().await;
+    let losses = server.stop().await;
+    anyhow::ensure!(losses.is_none(), "{losses}");
     Ok(())
-}
-
-/// Catches the signals that end a program from now on; what it returns is done when one has come.
-#[cfg(unix)]
-fn stop_signal() -> std::io::Result<impl Future<Output = std::io::Result<()>>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut terminated, mut interrupted) = (signal(SignalKind::terminate())?, signal(SignalKind::interrupt())?);
-    Ok(async move {
-        tokio::select! {
-            _ = interrupted.recv() => Ok(()),
-            _ = terminated.recv() => Ok(()),
-        }
-    })
-}
-
-#[cfg(not(unix))]
-fn stop_signal() -> std::io::Result<impl Future<Output = std::io::Result<()>>> {
-    Ok(tokio::signal::ctrl_c())
 }

@@ -8,14 +8,19 @@ use pottery_shared::protocol::JoinCode;
 use pottery_shared::room::{Room, RoomConfig};
 use pottery_shared::snapshot::PotRecord;
 
+use crate::folder::Folder;
 use crate::store::{Store, StoreError};
 use crate::{ConfigError, ServerConfig, ServerError};
 
-/// Opens the room of a configuration, with the folder that its pots are kept in.
+/// Opens the room of a configuration, with the folder that its pots are kept in, where there is one.
 ///
 /// # Errors
 /// [`ServerError`] saying what is in the way.
-pub(crate) fn open(config: &ServerConfig, code: &JoinCode) -> Result<(Room, Option<Store>), ServerError> {
+pub(crate) fn open(
+    config: &ServerConfig,
+    code: &JoinCode,
+    folder: Option<Folder>,
+) -> Result<(Room, Option<Store>), ServerError> {
     let mut room = RoomConfig {
         code: code.room().to_owned(),
         wheels: config.wheels,
@@ -30,13 +35,14 @@ pub(crate) fn open(config: &ServerConfig, code: &JoinCode) -> Result<(Room, Opti
         (None, Form::Cylinder) => None,
         (None, form) => Some(PotRecord::of(&form.pot(config.pot).map_err(ConfigError::from)?)),
     };
-    let Some(folder) = &config.data else {
+    let Some(folder) = folder else {
         let opened = match &record {
             Some(record) => Room::starting_from(room, record),
             None => Room::new(room),
         };
         return Ok((opened.map_err(ConfigError::from)?, None));
     };
+    let path = folder.path().to_path_buf();
     let (mut store, kept) = Store::open(folder, usize::from(config.wheels), config.is_fresh)?;
     let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| kept.pot().clone())).collect();
     if let Some(first) = records.iter().flatten().next() {
@@ -48,7 +54,7 @@ pub(crate) fn open(config: &ServerConfig, code: &JoinCode) -> Result<(Room, Opti
         }
         room.pot = spec;
         if config.opened.is_some() {
-            return Err(StoreError::Opened { path: folder.clone() }.into());
+            return Err(StoreError::Opened { path }.into());
         }
     } else if let Some(record) = &record {
         room.pot = *record.spec();

@@ -13,7 +13,7 @@ use hyper::body::{Bytes, Incoming};
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
-use pottery_shared::protocol::NoOrder;
+use pottery_shared::protocol::{JoinCode, NoOrder};
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, oneshot};
 
@@ -31,7 +31,7 @@ const ORDER_MAX: usize = 256;
 const CLASSES_US: [u64; 10] = [100, 250, 500, 1_000, 2_000, 4_000, 8_000, 16_667, 33_333, 100_000];
 
 /// Answers whoever asks, until the server ends.
-pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
+pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>, fingerprint: [u8; 32]) {
     loop {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
@@ -43,7 +43,7 @@ pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
         };
         let events = events.clone();
         tokio::spawn(async move {
-            let answers = service_fn(|request| answer(request, events.clone()));
+            let answers = service_fn(|request| answer(request, events.clone(), fingerprint));
             let mut http = hyper::server::conn::http1::Builder::new();
             let served = http
                 .timer(TokioTimer::new())
@@ -61,6 +61,7 @@ pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
 async fn answer(
     request: Request<Incoming>,
     events: mpsc::Sender<Event>,
+    fingerprint: [u8; 32],
 ) -> Result<Response<Full<Bytes>>, std::convert::Infallible> {
     let (status, text) = if request.method() == Method::GET {
         match request.uri().path() {
@@ -80,7 +81,7 @@ async fn answer(
             _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz, /metrics or /lesson\n".to_owned()),
         }
     } else if request.method() == Method::POST && request.uri().path() == "/order" {
-        order(request, &events).await
+        order(request, &events, &fingerprint).await
     } else {
         (StatusCode::METHOD_NOT_ALLOWED, "nothing can be changed here but by POST /order\n".to_owned())
     };
@@ -91,8 +92,13 @@ async fn answer(
     Ok(response)
 }
 
-/// Carries out an order: its words are the body, and the teacher's token stands in the head.
-async fn order(request: Request<Incoming>, events: &mpsc::Sender<Event>) -> (StatusCode, String) {
+/// Carries out an order: its words are the body, and the teacher's token stands in the head. The code is told with the fingerprint of the
+/// certificate that is served.
+async fn order(
+    request: Request<Incoming>,
+    events: &mpsc::Sender<Event>,
+    fingerprint: &[u8; 32],
+) -> (StatusCode, String) {
     let head = request.headers().get(hyper::header::AUTHORIZATION).and_then(|head| head.to_str().ok());
     let Some(Ok(token)) = head.and_then(|head| head.strip_prefix("Bearer ")).map(str::parse) else {
         return (StatusCode::UNAUTHORIZED, "an order needs the teacher's token\n".to_owned());
@@ -102,7 +108,7 @@ async fn order(request: Request<Incoming>, events: &mpsc::Sender<Event>) -> (Sta
         return (StatusCode::BAD_REQUEST, "that is no order\n".to_owned());
     };
     let body = body.to_bytes();
-    let order = match std::str::from_utf8(&body).map_err(|_| crate::OrderError::Unknown).and_then(order_of) {
+    let order = match order_of(&String::from_utf8_lossy(&body)) {
         Ok(order) => order,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("{error}\n")),
     };
@@ -112,7 +118,10 @@ async fn order(request: Request<Incoming>, events: &mpsc::Sender<Event>) -> (Sta
         answered.await.ok()
     };
     match tokio::time::timeout(READY_WITHIN, asked).await {
-        Ok(Some(Ok(code))) => (StatusCode::OK, format!("done; the code is {code}\n")),
+        Ok(Some(Ok(room))) => {
+            let code = room.parse::<JoinCode>().map_or(room, |code| code.on_server(fingerprint).to_string());
+            (StatusCode::OK, format!("done; the code is {code}\n"))
+        }
         Ok(Some(Err(NoOrder::NotTeacher))) => {
             // who guesses tokens guesses slowly
             tokio::time::sleep(READY_WITHIN).await;

@@ -16,11 +16,12 @@ use tokio::task::JoinHandle;
 use crate::announcing::{Announcement, usual_name};
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
+use crate::folder::Folder;
 use crate::recording::Recorder;
 use crate::store::StoreError;
 use crate::teacher::Teacher;
 use crate::ticking::Ticking;
-use crate::{Certificate, ConfigError, Figures, ServerConfig, connection, opening, operation, transport};
+use crate::{Certificate, ConfigError, Figures, Losses, ServerConfig, connection, opening, operation, transport};
 
 /// Why a server does not run.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +44,17 @@ pub enum ServerError {
     #[error("no certificate could be made: {reason}")]
     Certificate {
         /// What the library said.
+        reason: String,
+    },
+    /// The kept key or its certificate cannot be used.
+    #[error(
+        "{path} cannot be used ({reason}): put back what was there, or take server-key.der and server-certificate.der away, and everybody \
+         will be asked to trust a new key"
+    )]
+    Key {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
         reason: String,
     },
     /// The session file cannot be begun.
@@ -110,7 +122,7 @@ pub struct Server {
     endpoint: quinn::Endpoint,
     events: mpsc::Sender<Event>,
     accepting: JoinHandle<()>,
-    ticking: JoinHandle<()>,
+    ticking: JoinHandle<Losses>,
     operating: Option<JoinHandle<()>>,
     operated_at: Option<SocketAddr>,
     announcement: Option<Announcement>,
@@ -123,12 +135,13 @@ impl Server {
     /// [`ServerError`] saying what is in the way.
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
+        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
         let certificate = config.data.as_deref().map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
         let (is_announced, wheels) = (config.is_announced, config.wheels);
         let class = config.class.clone().unwrap_or_else(|| usual_name(&fingerprint));
-        let mut server = Self::start_on(endpoint, &fingerprint, config)?;
+        let mut server = Self::open(endpoint, &fingerprint, config, folder)?;
         if is_announced {
             server.announcement = Announcement::begin(&class, server.address, wheels);
         }
@@ -144,6 +157,16 @@ impl Server {
         fingerprint: &[u8; 32],
         config: ServerConfig,
     ) -> Result<Self, ServerError> {
+        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
+        Self::open(endpoint, fingerprint, config, folder)
+    }
+
+    fn open(
+        endpoint: quinn::Endpoint,
+        fingerprint: &[u8; 32],
+        config: ServerConfig,
+        folder: Option<Folder>,
+    ) -> Result<Self, ServerError> {
         let address = endpoint.local_addr().map_err(|source| ServerError::Endpoint { source })?;
         let operating = config.operate.map(operation::listen).transpose()?;
         let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
@@ -151,7 +174,7 @@ impl Server {
             Some(code) => code.on_server(fingerprint),
             None => JoinCode::new(random()?, fingerprint),
         };
-        let (mut room, store) = opening::open(&config, &code)?;
+        let (mut room, store) = opening::open(&config, &code, folder)?;
         let teacher = Teacher::of(config.data.as_deref(), config.renews_teacher)?;
         room.keep_doors(DoorConfig {
             secret: Some(random()?),
@@ -168,7 +191,8 @@ impl Server {
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
         let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
-        let operating = operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone())));
+        let operating =
+            operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone(), *fingerprint)));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
         Ok(Self {
             address,
@@ -228,8 +252,8 @@ impl Server {
         answered.await.map_err(|_| ServerError::Stopped)
     }
 
-    /// Tells everybody, waits until they heard it, and frees the port.
-    pub async fn stop(mut self) {
+    /// Tells everybody, waits until they heard it, and frees the port; what could not be kept, of which the log says why.
+    pub async fn stop(mut self) -> Losses {
         if let Some(announcement) = self.announcement.take()
             && tokio::task::spawn_blocking(|| announcement.end()).await.is_err()
         {
@@ -239,11 +263,12 @@ impl Server {
         if let Some(operating) = &self.operating {
             operating.abort();
         }
-        if self.events.send(Event::Stop).await.is_ok()
-            && let Err(error) = self.ticking.await
-        {
+        // one that has ended hears nothing and says how it ended all the same
+        drop(self.events.send(Event::Stop).await);
+        let losses = self.ticking.await.unwrap_or_else(|error| {
             tracing::error!(%error, "the ticking task did not end well");
-        }
+            Losses { has_failed: true, ..Losses::default() }
+        });
         self.endpoint.close(0_u32.into(), b"the studio closes");
         if tokio::time::timeout(Duration::from_secs(2), self.endpoint.wait_idle()).await.is_err() {
             tracing::debug!("some peers did not confirm the end");
@@ -253,6 +278,7 @@ impl Server {
             tracing::info!(address = %self.address, "the port is still taken");
         }
         tracing::info!("the studio is closed");
+        losses
     }
 }
 

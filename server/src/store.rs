@@ -12,6 +12,8 @@ use pottery_files::pot_file::{PotFile, PotFileError};
 use tokio::sync::oneshot;
 use tokio::sync::oneshot::error::TryRecvError;
 
+use crate::folder::Folder;
+
 /// Longest time that pressed clay is only in memory.
 const KEEP_EVERY: Duration = Duration::from_secs(30);
 
@@ -25,6 +27,18 @@ pub enum StoreError {
         path: PathBuf,
         /// What the system said.
         source: io::Error,
+    },
+    /// A file stands there.
+    #[error("{path} is a file and no folder: choose a folder with --data")]
+    NoFolder {
+        /// Which.
+        path: PathBuf,
+    },
+    /// Another server's pots lie in it.
+    #[error("another server uses the folder {path}: choose another with --data, or stop that server")]
+    Taken {
+        /// Which.
+        path: PathBuf,
     },
     /// A pot in it cannot be opened.
     #[error(
@@ -65,6 +79,8 @@ struct Shelf {
 #[derive(Debug)]
 pub(crate) struct Store {
     shelves: Vec<Shelf>,
+    /// Nobody else writes there until the last pot is written.
+    _folder: Folder,
     /// The wheel that is looked at next.
     next: usize,
     /// Pots that could not be written, in a row.
@@ -96,17 +112,16 @@ fn put_aside(path: &Path) -> io::Result<PathBuf> {
 }
 
 impl Store {
-    /// Opens a folder for so many wheels, and the pots that lie in it; `fresh` puts those aside.
+    /// Opens a folder that is held for so many wheels, and the pots that lie in it; `fresh` puts those aside.
     ///
     /// # Errors
     /// [`StoreError`] saying what is in the way.
-    pub(crate) fn open(folder: &Path, wheels: usize, fresh: bool) -> Result<(Self, Vec<Option<PotFile>>), StoreError> {
-        let refused = |source| StoreError::Folder { path: folder.to_path_buf(), source };
-        fs::create_dir_all(folder).map_err(refused)?;
+    pub(crate) fn open(folder: Folder, wheels: usize, fresh: bool) -> Result<(Self, Vec<Option<PotFile>>), StoreError> {
+        let refused = |source| StoreError::Folder { path: folder.path().to_path_buf(), source };
         let mut pots = Vec::new();
         let mut shelves = Vec::new();
         for wheel in 0..wheels {
-            let path = file(folder, wheel);
+            let path = file(folder.path(), wheel);
             let is_there = path.try_exists().map_err(refused)?;
             if is_there && fresh {
                 let aside = put_aside(&path).map_err(refused)?;
@@ -119,7 +134,7 @@ impl Store {
             shelves.push(Shelf { path, kept: None, looked_at: Duration::ZERO, writing: None });
             pots.push(pot);
         }
-        Ok((Self { shelves, next: 0, failures: 0, written: 0 }, pots))
+        Ok((Self { shelves, _folder: folder, next: 0, failures: 0, written: 0 }, pots))
     }
 
     /// Notes that the pots are as they are on disk, or not worth a file yet.
@@ -246,7 +261,8 @@ mod tests {
     #[tokio::test]
     async fn a_pot_that_people_work_at_is_written_every_half_minute_and_only_when_it_changes() {
         let folder = std::env::temp_dir().join(format!("pottery-store-{}", std::process::id()));
-        let (mut store, _) = Store::open(&folder, 1, false).expect("a new folder can be made");
+        let held = Folder::hold(&folder).expect("a new folder can be made");
+        let (mut store, _) = Store::open(held, 1, false).expect("it has no pots");
         store.know(|_| Some(1));
         let path = file(&folder, 0);
         assert_eq!(passed(&mut store, 0..120, 1).await, 0, "nobody has touched it");
@@ -257,5 +273,22 @@ mod tests {
         assert_eq!(passed(&mut store, 150..151, 3).await, 1);
         assert_eq!(passed(&mut store, 151..400, 3).await, 0, "it is as it was written");
         fs::remove_dir_all(folder).expect("what was written can be removed");
+    }
+
+    #[tokio::test]
+    async fn a_pot_whose_folder_has_gone_is_told_at_the_end() {
+        let folder = std::env::temp_dir().join(format!("pottery-store-gone-{}", std::process::id()));
+        let open = || {
+            let held = Folder::hold(&folder).expect("a new folder can be made");
+            let (mut store, _) = Store::open(held, 2, false).expect("it has no pots");
+            store.know(|_| Some(1));
+            store
+        };
+        let pot = || Some(PotFile::of(&Pot::new(PotSpec::default()).ok()?, &Conditions::default(), Tick(0)));
+        let (whole, lost) = (open().finish(|_| Some(2), |_| pot()).await, open());
+        assert!(whole.is_empty(), "{whole:?}");
+        fs::remove_dir_all(&folder).expect("what was written can be removed");
+        let told = lost.finish(|wheel| Some(1 + wheel as u64), |_| pot()).await;
+        assert!(told.len() == 1 && told[0].contains("wheel-2.pot"), "the first is as it was: {told:?}");
     }
 }

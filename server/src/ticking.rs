@@ -21,7 +21,7 @@ use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
 use crate::store::Store;
-use crate::{Figures, InputCounts, Standing};
+use crate::{Figures, InputCounts, Losses, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed. With every tick, so that no snapshot waits for it.
 const WAKE_EVERY: Duration = Duration::from_millis(1);
@@ -63,6 +63,7 @@ pub(crate) struct Ticking {
     dropped: u64,
     recorder: Option<Recorder>,
     store: Option<Store>,
+    losses: Losses,
     doorkeeper: SharedDoorkeeper,
     forget_at: Duration,
     /// What was said of addresses that send too much, and when there may be more to say.
@@ -91,6 +92,7 @@ impl Ticking {
             dropped: 0,
             recorder,
             store,
+            losses: Losses::default(),
             doorkeeper,
             forget_at: Duration::ZERO,
             said: InputCounts::default(),
@@ -98,8 +100,8 @@ impl Ticking {
         }
     }
 
-    /// Runs until it is told to stop or nobody can tell it anything any more.
-    pub(crate) async fn run(mut self) {
+    /// Runs until it is told to stop or nobody can tell it anything any more; what it could not keep.
+    pub(crate) async fn run(mut self) -> Losses {
         let mut wake = tokio::time::interval(WAKE_EVERY);
         wake.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut arrived = Vec::with_capacity(EVENTS_AT_ONCE);
@@ -120,7 +122,7 @@ impl Ticking {
                 }
                 count = self.events.recv_many(&mut arrived, EVENTS_AT_ONCE) => {
                     if count == 0 {
-                        return;
+                        return self.losses;
                     }
                     waited = Duration::ZERO;
                     if every > WAKE_EVERY {
@@ -135,7 +137,9 @@ impl Ticking {
                     self.transmit();
                     self.end_recording().await;
                     self.end_store().await;
-                    return self.say_goodbye().await;
+                    let losses = self.losses;
+                    self.say_goodbye().await;
+                    return losses;
                 }
             }
             self.transmit();
@@ -172,6 +176,7 @@ impl Ticking {
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
             tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
+            self.losses.has_broken_recording = true;
         }
     }
 
@@ -221,6 +226,7 @@ impl Ticking {
         let room = &self.room;
         for trouble in store.finish(|wheel| room.digest(wheel), |wheel| pot_file(room, wheel)).await {
             tracing::error!("a pot is not kept: {trouble}");
+            self.losses.pots += 1;
         }
     }
 
@@ -237,9 +243,11 @@ impl Ticking {
     async fn end_recording(&mut self) {
         let Some(recorder) = self.recorder.take() else { return };
         let last = recorder.last(&mut self.room);
-        if tokio::task::spawn_blocking(move || last.write()).await.is_err() {
-            tracing::error!("the recording did not end well");
-        }
+        let is_whole = tokio::task::spawn_blocking(move || last.write()).await.unwrap_or_else(|error| {
+            tracing::error!(%error, "the recording did not end well");
+            false
+        });
+        self.losses.has_broken_recording |= !is_whole;
     }
 
     /// False when the server is to stop.

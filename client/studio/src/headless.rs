@@ -17,6 +17,7 @@ use pottery_client::stroke::Stroke;
 use pottery_client::view::Link;
 use pottery_client::whole_file::write_whole;
 use pottery_client::{Claim, Command, Onlooker, Potter, PotterOptions, PotterReport, WatchReport, export};
+use pottery_server::stop_signal;
 use pottery_shared::clay::Pot;
 use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::ConvexTool;
@@ -113,7 +114,7 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
         lookers.push((detail, looker));
         endpoints.push(endpoint);
     }
-    watch(session.seconds, &potters).await;
+    watch(session.seconds, &potters).await?;
     let mut all_settled = true;
     for potter in &potters {
         all_settled &= potter.settle(QUIET).await;
@@ -175,7 +176,9 @@ async fn bring(potter: &Potter, tool: Arc<ConvexTool>) -> anyhow::Result<()> {
 }
 
 /// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted.
-async fn watch(seconds: f64, potters: &[Potter]) {
+async fn watch(seconds: f64, potters: &[Potter]) -> anyhow::Result<()> {
+    let stopped = stop_signal().context("the system lets nobody interrupt the session")?;
+    tokio::pin!(stopped);
     let bar = ProgressBar::new((seconds * 10.0).round() as u64);
     let style = ProgressStyle::with_template("{bar:32.green} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style);
@@ -190,15 +193,14 @@ async fn watch(seconds: f64, potters: &[Potter]) {
         ));
         tokio::select! {
             () = tokio::time::sleep(Duration::from_millis(100)) => {}
-            interrupted = tokio::signal::ctrl_c() => {
-                if interrupted.is_ok() {
-                    bar.println("interrupted: what was made so far is written");
-                    break;
-                }
+            _ = &mut stopped => {
+                bar.println("interrupted: what was made so far is written");
+                break;
             }
         }
     }
     bar.finish_and_clear();
+    Ok(())
 }
 
 /// Draws the pot; without a graphics driver it says so and goes on.

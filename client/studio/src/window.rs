@@ -30,6 +30,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use pottery_client::render::{Gpu, GpuAhead};
 use pottery_client::{Endpoint, PotterReport, Priority, Target};
+use pottery_server::stop_signal;
 use tokio::runtime::Runtime;
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
@@ -123,13 +124,12 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     if let Priority::Refused { .. } = potter.granted().priority {
         say!("note: the hand's thread has {}", potter.granted());
     }
-    let interrupted = interruption(&runtime);
     let (files, keeper) = (Files::new(session.opened.as_deref()), Keeper::open(Preferences::file()));
     // who hosts, or records, stays at the wheel
     let is_visitor = studio.is_none() && session.record.is_none();
-    let means = means(session, (&runtime, endpoint, target), &event_loop, &interrupted);
+    let means = means(session, (&runtime, endpoint, target), &event_loop);
     let held = seated.held(session);
-    let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy(), interrupted };
+    let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy() };
     let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
     let (report, failure) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime)?;
     drop(proxy);
@@ -163,8 +163,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
     if let Some(wheel) = alone.filter(|wheel| !(1..=wheels).contains(wheel)) {
         bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
     }
-    let interrupted = interruption(&runtime);
-    let means = means(working, (&runtime, endpoint, through), &event_loop, &interrupted);
+    let means = means(working, (&runtime, endpoint, through), &event_loop);
     let first = alone.map_or(First::Page, |wheel| First::Only(wheel, *detail));
     let keeper = Keeper::open(Preferences::file());
     let looker = Looker::new(onlooker, first, &keeper, graphics, event_loop.create_proxy()).with_seats();
@@ -177,7 +176,6 @@ fn means(
     session: &WindowSession,
     (runtime, endpoint, target): (&Runtime, Endpoint, Target),
     event_loop: &EventLoop<Call>,
-    interrupted: &Arc<AtomicBool>,
 ) -> Means {
     Means {
         runtime: runtime.handle().clone(),
@@ -185,7 +183,7 @@ fn means(
         session: session.clone(),
         target,
         proxy: event_loop.create_proxy(),
-        interrupted: Arc::clone(interrupted),
+        interrupted: interruption(runtime),
     }
 }
 
@@ -194,7 +192,9 @@ fn interruption(runtime: &Runtime) -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     runtime.spawn(async move {
-        if tokio::signal::ctrl_c().await.is_ok() {
+        if let Ok(stopped) = stop_signal()
+            && stopped.await.is_ok()
+        {
             flag.store(true, Ordering::Relaxed);
         }
     });

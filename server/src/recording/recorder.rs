@@ -33,7 +33,8 @@ pub(crate) struct Recorder {
     entries: Vec<Entry>,
     written_at: Tick,
     queue: SyncSender<Batch>,
-    writing: JoinHandle<()>,
+    /// Whether it wrote all.
+    writing: JoinHandle<bool>,
 }
 
 impl Recorder {
@@ -77,20 +78,21 @@ pub(crate) struct Last {
 }
 
 impl Last {
-    /// Writes it, and waits until it is on the disk.
-    pub(crate) fn write(self) {
+    /// Writes it, and waits until it is on the disk; false when the file is not whole.
+    pub(crate) fn write(self) -> bool {
         let Recorder { entries, queue, writing, .. } = self.recorder;
         // a thread that has ended said why
         drop(queue.send(Batch::Entries(entries)));
         drop(queue.send(Batch::End(self.now)));
         drop(queue);
-        if writing.join().is_err() {
+        writing.join().unwrap_or_else(|_| {
             tracing::error!("the thread of the recording did not end well");
-        }
+            false
+        })
     }
 }
 
-fn write(mut writer: RecordingWriter<File>, waiting: &Receiver<Batch>) {
+fn write(mut writer: RecordingWriter<File>, waiting: &Receiver<Batch>) -> bool {
     let outcome = loop {
         match waiting.recv() {
             Ok(Batch::Entries(entries)) => {
@@ -103,7 +105,7 @@ fn write(mut writer: RecordingWriter<File>, waiting: &Receiver<Batch>) {
             Err(_) => break Ok(()),
         }
     };
-    if let Err(error) = outcome {
-        tracing::error!(%error, "the recording ends here: it cannot be written any longer");
-    }
+    outcome
+        .inspect_err(|error| tracing::error!(%error, "the recording ends here: it cannot be written any longer"))
+        .is_ok()
 }

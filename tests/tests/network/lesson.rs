@@ -171,21 +171,6 @@ fn whatever_is_refused_is_refused_in_one_sentence() {
     }
 }
 
-#[cfg(target_os = "linux")]
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_folder_that_takes_nothing_costs_memory_of_yesterday_and_not_the_lesson() {
-    // even who may do everything cannot make a file there
-    let data = Some(Path::new("/proc/self/task").to_owned());
-    let server = Server::start(ServerConfig { data, ..config() }).unwrap();
-    let (_end, teacher) = join(&teachers(&server)).await.unwrap();
-    tokio::time::sleep(Duration::from_millis(1500)).await;
-    assert!(teacher.settle(PATIENCE).await);
-    let standing = server.standing().await.unwrap();
-    assert!(standing.digests[0] != standing.digests[1], "the lesson goes on");
-    teacher.leave().await.unwrap();
-    server.stop().await;
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_short_code_keeps_to_the_key_that_was_shown_first() {
     let code: JoinCode = "K7QM-3XPD".parse().unwrap();
@@ -282,7 +267,7 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
         (&["freeze", "2"], Some(foreign.as_str()), "not the teacher's token"),
         (&["freeze"], Some(token.as_str()), "wheel"),
         (&["freeze", "9"], Some(token.as_str()), "no wheel 9"),
-        (&["dance"], Some(token.as_str()), "say lock"),
+        (&["dance"], Some(token.as_str()), "'dance' is not understood: say lock"),
     ] {
         let said = console(&server, words, token);
         assert!(!said.status.success() && text(&said).contains(word), "{words:?}: {}", text(&said));
@@ -294,6 +279,8 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
     assert!(text(&console(&server, &["--once"], None)).contains("frozen"));
     let said = text(&console(&server, &["new-code"], Some(&token)));
     assert!(said.starts_with("done") && !said.contains(code), "{said}");
+    let new: JoinCode = said.trim_end().rsplit(' ').next().unwrap().parse().unwrap();
+    assert_eq!(new.print(), server.code().print(), "who types it comes to this server and no other: {said}");
     assert_eq!(refusal(join(&target(&server, 1)).await), Refusal::CodeGone);
     student.leave().await.unwrap();
     server.stop().await;

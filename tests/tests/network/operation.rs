@@ -167,10 +167,11 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
     }
     assert!(get(operate, "/readyz").ends_with("takes people in\n"));
     press(&own.target(1), 0.5).await;
-    terminate(&mut own.child);
+    assert!(!terminate(&mut own.child), "a pot is lost");
     let mut log = String::new();
     own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
     assert!(log.contains("the lesson goes on") && !log.contains("panicked"), "{log}");
+    assert!(log.ends_with("not everything was kept (1 pot): the log says why\n") && !log.contains('\x1b'), "{log}");
     assert!(fs::read(&file).unwrap() == kept, "the pot of before is as it was");
     assert_eq!(fs::read_dir(&data).unwrap().filter(|entry| !is_kept_for_good(entry.as_ref().unwrap())).count(), 0);
     fs::remove_dir_all(data).unwrap();
@@ -178,37 +179,38 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
 
 /// Not even who may do everything can make a file there.
 #[cfg(target_os = "linux")]
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_folder_that_takes_nothing_is_said_in_a_sentence_for_each_thing_that_is_not_kept() {
-    let child = Command::new(program("pottery-server"))
-        .args(["--listen", "127.0.0.1:0", "--no-announce", "--data", "/proc/self/task"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut own = Own::new(child);
-    press(&own.target(1), 1.6).await;
-    // a wheel that was left is looked at ten times a second, and what came of writing its pot is seen the next time
-    tokio::time::sleep(Duration::from_millis(500)).await;
-    press(&own.target(1), 0.5).await;
-    terminate(&mut own.child);
-    let mut log = String::new();
-    own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
-    for sentence in [
-        "the server's key is good for this run only",
-        "the teacher's token is good for this run only",
-        "pots are not kept at the moment, and the lesson goes on",
-    ] {
-        assert_eq!(log.lines().filter(|line| line.contains(sentence)).count(), 1, "{sentence}: {log}");
+#[test]
+fn a_folder_that_takes_nothing_is_refused_at_the_start() {
+    for (path, word) in [("/proc/self/task", "--data"), ("/etc/passwd", "no folder"), ("/proc/pots", "--data")] {
+        let output = server(&["--listen", "127.0.0.1:0", "--no-announce", "--data", path], &[]);
+        let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && sentence.contains(path) && sentence.contains(word), "{sentence}");
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
     }
-    assert!(!log.contains("panicked"), "{log}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_second_server_on_a_folder_is_refused_and_the_first_goes_on() {
+    let data = folder("taken");
+    let kept = ServerConfig { data: Some(data.clone()), ..config() };
+    let first = Server::start(kept.clone()).unwrap();
+    let output = server(&["--listen", "127.0.0.1:0", "--no-announce", "--data", data.to_str().unwrap()], &[]);
+    let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && sentence.contains("another server uses the folder"), "{sentence}");
+    assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    press(&target(&first, 1), 0.5).await;
+    first.stop().await;
+    Server::start(kept).unwrap().stop().await;
+    fs::remove_dir_all(data).unwrap();
 }
 
 /// Whether a file of a data folder is one of those that are meant to be there.
 #[cfg(target_os = "linux")]
 fn is_kept_for_good(entry: &fs::DirEntry) -> bool {
     let name = entry.file_name().into_string().unwrap();
-    ["wheel-", "server-key", "server-certificate", "teacher-token"].iter().any(|begin| name.starts_with(begin))
+    ["wheel-", "server-key", "server-certificate", "server.lock", "teacher-token"]
+        .iter()
+        .any(|begin| name.starts_with(begin))
 }
 
 /// What a page says, with its head.
@@ -337,6 +339,22 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
     assert_eq!(plain["input"]["datagrams_per_s"].as_integer(), Some(i64::from(Input::default().datagrams_per_s)));
     assert_eq!(printed(&[], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(6));
     assert_eq!(printed(&["--wheels", "8"], &[("POTTERY_WHEELS", "6")])["wheels"].as_integer(), Some(8));
+    // a flag stands before the environment also where both say what the clay is, and both before the file
+    let wetness = |arguments: &[&str], environment: &[(&str, &str)]| {
+        (printed(arguments, environment)["wetness"].as_float().unwrap() * 1e3).round()
+    };
+    assert_eq!(wetness(&["--wetness", "0.5"], &[("POTTERY_CLAY", "soft")]), 500.0);
+    assert_eq!(wetness(&["--clay", "soft"], &[("POTTERY_WETNESS", "0.5")]), wetness(&[], &[]));
+    assert_eq!(wetness(&[], &[("POTTERY_WETNESS", "0.5")]), 500.0);
+    assert_eq!(printed(&[], &[("POTTERY_METHOD", "improved")])["method"].as_str(), Some("improved"));
+    let coarse = printed(&[], &[("POTTERY_SMALLEST_TOOL_MM", "10")]);
+    assert!(coarse["columns"].as_integer() < plain["columns"].as_integer());
+    // what needs something else finds it in the file
+    let needs = out.join("needs.toml");
+    fs::write(&needs, "smallest_tool_mm = 4\ndata = \"pots\"\n").unwrap();
+    let both = ["--print-config", "--fresh", "--finest-view-mm", "2", "--config", needs.to_str().unwrap()];
+    let both = said(&server(&both, &[])).parse::<toml::Table>().unwrap();
+    assert_eq!((both["columns"].as_integer(), both["rows"].as_integer()), (Some(189), Some(101)));
     // what is printed is a file of settings, and says the same when it is read
     let again = out.join("again.toml");
     fs::write(&again, toml::to_string(&plain).unwrap()).unwrap();
@@ -350,6 +368,8 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
         ("[input]\nspare = 4\n", "spare"),
         ("[input]\ndatagrams_per_s = 20\n", "choose at least 100"),
         ("operate = \"0.0.0.0:4748\"\n", "this machine alone"),
+        ("data = \"\"\n", "'data' is empty"),
+        ("code = \"K7QM-3XPD-1111-1111-1111-1111\"\n", "eight characters of the room alone"),
     ] {
         fs::write(&file, text).unwrap();
         let output = server(&["--config", path, "--print-config"], &[]);
@@ -360,15 +380,43 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
     fs::remove_dir_all(out).unwrap();
 }
 
-/// Ends a program as an operator's system does, and waits.
-fn terminate(server: &mut Child) {
+#[test]
+fn a_flag_that_cannot_be_meant_is_refused_with_what_can() {
+    for (arguments, word) in [
+        (&["--fresh"][..], "--data"),
+        (&["--finest-view-mm", "2"], "smallest_tool_mm"),
+        (&["--code", "K7QM-3XPD-1111-1111-1111-1111"], "eight characters of the room alone"),
+        (&["--clay", "soft", "--wetness", "0.5"], "--wetness"),
+        (&["--listen", "localhost:5000"], "127.0.0.1:5000"),
+        (&["--listen", "127.0.0.1"], "127.0.0.1:5000"),
+        (&["--wheels", "1000000"], "from 1 to 1024"),
+        (&["--people", "99999999999"], "from 1 to 4096"),
+    ] {
+        let output = server(arguments, &[]);
+        let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && sentence.contains(word), "{arguments:?}: {sentence}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_printed_is_said_in_a_sentence() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let printed = Command::new(program("pottery-server")).arg("--print-config").stdout(full).output().unwrap();
+    let sentence = String::from_utf8(printed.stderr).unwrap();
+    assert!(!printed.status.success() && sentence.contains("cannot be printed"), "{sentence}");
+    assert_eq!(sentence.lines().count(), 1, "{sentence}");
+}
+
+/// Ends a program as an operator's system does, and waits; whether it says that all is well.
+fn terminate(server: &mut Child) -> bool {
     Command::new("kill").arg(server.id().to_string()).status().unwrap();
     let began = Instant::now();
     while server.try_wait().unwrap().is_none() {
         assert!(began.elapsed() < PATIENCE, "it does not end");
         std::thread::sleep(Duration::from_millis(20));
     }
-    assert!(server.wait().unwrap().success());
+    server.wait().unwrap().success()
 }
 
 #[test]
@@ -385,7 +433,7 @@ fn a_server_whose_words_nobody_reads_any_more_goes_on_and_ends_well() {
     // the pipe is closed now; it has more to say of how it began, of every second, and at its end
     std::thread::sleep(Duration::from_millis(1500));
     assert!(server.try_wait().unwrap().is_none(), "it ended");
-    terminate(&mut server);
+    assert!(terminate(&mut server));
 }
 
 #[test]
@@ -398,7 +446,7 @@ fn a_log_for_programs_is_an_object_a_line() {
         .unwrap();
     let mut lines = BufReader::new(server.stdout.take().unwrap()).lines();
     assert!(lines.any(|line| line.unwrap().starts_with("join code")));
-    terminate(&mut server);
+    assert!(terminate(&mut server));
     let mut log = String::new();
     server.stderr.take().unwrap().read_to_string(&mut log).unwrap();
     let entries: Vec<serde_json::Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();

@@ -162,19 +162,21 @@ fn without_a_display_it_works_headless_and_says_so() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_session_writes_what_was_made() {
-    let out = folder("interrupted");
-    let mut studio = Command::new(program("pottery-studio"))
-        .args(["--headless", "--potters", "1", "--seconds", "3600", "--out"])
-        .arg(&out)
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(Duration::from_secs(2));
-    assert!(Command::new("kill").args(["-INT", &studio.id().to_string()]).status().unwrap().success());
-    assert!(wait(&mut studio, Duration::from_secs(30)).success());
-    assert!(out.join("session.json").exists() && out.join("pot.stl").exists());
-    fs::remove_dir_all(out).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let out = folder("interrupted");
+        let mut studio = Command::new(program("pottery-studio"))
+            .args(["--headless", "--potters", "1", "--seconds", "3600", "--out"])
+            .arg(&out)
+            .stderr(Stdio::null())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_secs(2));
+        assert!(Command::new("kill").args([signal, &studio.id().to_string()]).status().unwrap().success());
+        assert!(wait(&mut studio, Duration::from_secs(30)).success(), "{signal}");
+        assert!(out.join("session.json").exists() && out.join("pot.stl").exists(), "{signal}");
+        fs::remove_dir_all(out).unwrap();
+    }
 }
 
 #[test]

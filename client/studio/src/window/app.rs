@@ -11,7 +11,6 @@ mod timing;
 mod visiting;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
@@ -98,8 +97,6 @@ pub(super) struct Begin {
     pub(super) keeper: Keeper,
     pub(super) graphics: Option<GpuAhead>,
     pub(super) proxy: EventLoopProxy<Call>,
-    /// Set when somebody wants the program to end from outside.
-    pub(super) interrupted: Arc<AtomicBool>,
 }
 
 /// The window's state.
@@ -155,8 +152,6 @@ pub(super) struct App {
     /// What the wheel and the clay are set to, as far as this window has asked for it or heard of it.
     settings: Settings,
     asked_at: Instant,
-    /// Somebody wants the program to end from outside.
-    interrupted: Arc<AtomicBool>,
     failure: Option<anyhow::Error>,
 }
 
@@ -178,7 +173,7 @@ pub(super) fn colour(client: u16) -> [f32; 3] {
 
 impl App {
     pub(super) fn new(potter: Potter, asked: triple_buffer::Input<Pointer>, begin: Begin, tool: &ToolChoice) -> Self {
-        let Begin { held, invitation, files, keeper, graphics, proxy, interrupted } = begin;
+        let Begin { held, invitation, files, keeper, graphics, proxy } = begin;
         if let Some(brought) = &tool.brought {
             // a worker that does not hear has ended, which the window will say
             potter.command(Command::Bring(Arc::clone(brought)));
@@ -269,7 +264,6 @@ impl App {
             is_dirty: true,
             settings,
             asked_at: Instant::now(),
-            interrupted,
             failure: None,
         }
     }
@@ -681,9 +675,6 @@ impl ApplicationHandler<Call> for App {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if self.interrupted.load(Ordering::Relaxed) {
-            event_loop.exit();
-        }
         let Some(stage) = &self.stage else { return };
         let frame = super::frame(stage.gpu());
         let since = self.last_frame.elapsed();

@@ -4,7 +4,7 @@
 //! Invariant: what was seen last is seen until the other holds clay that is whole, and whoever comes first is let in before the other leaves.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
@@ -113,6 +113,7 @@ pub(super) struct Means {
     /// The studio, and the wheel that is worked at or was last.
     pub(super) target: Target,
     pub(super) proxy: EventLoopProxy<Call>,
+    /// Set when somebody wants the program to end from outside.
     pub(super) interrupted: Arc<AtomicBool>,
 }
 
@@ -214,7 +215,7 @@ impl Visit {
     fn work(&mut self, seated: Seated) {
         let Here::Looking(looker) = std::mem::replace(&mut self.here, Here::Nobody) else { return };
         let (onlooker, seen) = looker.give_up();
-        let Means { session, proxy, interrupted, .. } = &self.means;
+        let Means { session, proxy, .. } = &self.means;
         let begin = Begin {
             held: seated.held(session),
             invitation: None,
@@ -222,7 +223,6 @@ impl Visit {
             keeper: Keeper::open(Preferences::file()),
             graphics: None,
             proxy: proxy.clone(),
-            interrupted: Arc::clone(interrupted),
         };
         let mut app = App::new(seated.potter, seated.asked, begin, &session.tool);
         app.go_on(seen);
@@ -272,6 +272,9 @@ impl ApplicationHandler<Call> for Visit {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if self.means.interrupted.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
         self.cross();
         if let Some(handler) = self.handler() {
             handler.about_to_wait(event_loop);
