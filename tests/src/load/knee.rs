@@ -50,6 +50,8 @@ pub struct Climb {
     pub knee: Option<u32>,
     /// The smallest that did not, and why.
     pub broke: Option<(u32, String)>,
+    /// The load at which the climb ended because its run says nothing of how many there may be, how it ended, and why.
+    pub spoilt: Option<(u32, Verdict, String)>,
     /// The first run, for what it says of the machine.
     pub first: Option<RunResult>,
 }
@@ -69,7 +71,7 @@ pub struct Way {
     pub halvings: u32,
 }
 
-/// Climbs.
+/// Climbs, until a threshold breaks, a run is invalid or somebody's clay is not the server's.
 ///
 /// # Errors
 /// [`RunError`] when a run could not be gone through.
@@ -78,9 +80,10 @@ pub fn climb(plan: &Plan, way: Way, options: &Options) -> Result<Climb, RunError
         Raises::Spectators => "people who look on",
         Raises::Potters => "people who press",
     };
-    let mut climb = Climb { raises: raises.into(), steps: Vec::new(), knee: None, broke: None, first: None };
+    let mut climb =
+        Climb { raises: raises.into(), steps: Vec::new(), knee: None, broke: None, spoilt: None, first: None };
     let mut people = way.from;
-    while climb.broke.is_none() {
+    while climb.broke.is_none() && climb.spoilt.is_none() {
         climb.try_load(plan, way.raises, people, options)?;
         if people >= way.to {
             break;
@@ -88,7 +91,7 @@ pub fn climb(plan: &Plan, way: Way, options: &Options) -> Result<Climb, RunError
         people = ((f64::from(people) * way.factor).ceil() as u32).max(people + 1).min(way.to);
     }
     for _ in 0..way.halvings {
-        let (Some(knee), Some((broke, _))) = (climb.knee, &climb.broke) else { break };
+        let (Some(knee), Some((broke, _)), None) = (climb.knee, &climb.broke, &climb.spoilt) else { break };
         let middle = knee.midpoint(*broke);
         if middle == knee {
             break;
@@ -118,20 +121,30 @@ impl Climb {
             verdict: result.verdict,
         };
         eprintln!("{}", step.row());
-        if result.verdict == Verdict::Pass {
-            self.knee = Some(self.knee.map_or(people, |knee| knee.max(people)));
-        } else {
-            self.broke = Some((people, result.said.join("; ")));
+        match result.verdict {
+            Verdict::Pass => self.knee = Some(self.knee.map_or(people, |knee| knee.max(people))),
+            Verdict::Breach => self.broke = Some((people, result.said.join("; "))),
+            verdict => self.spoilt = Some((people, verdict, result.said.join("; "))),
         }
         self.steps.push(step);
         self.first.get_or_insert(result);
         Ok(())
     }
 
+    /// How it ended: as the run that spoilt it, with a knee, or without one.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let without = if self.knee.is_some() { Verdict::Pass } else { Verdict::Breach };
+        self.spoilt.as_ref().map_or(without, |(_, verdict, _)| *verdict)
+    }
+
     /// What came of it.
     #[must_use]
     pub fn sentence(&self) -> String {
         let held = self.knee.map_or_else(|| "No load held".into(), |knee| format!("{knee} {} held", self.raises));
+        if let Some((people, _, why)) = &self.spoilt {
+            return format!("{held}; with {people} the climb ended: {why}.");
+        }
         match &self.broke {
             Some((people, why)) => format!("{held}; {people} did not: {why}."),
             None => format!("{held}; nothing broke."),

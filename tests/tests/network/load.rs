@@ -107,7 +107,7 @@ fn a_spawned_server_keeps_to_its_own_cores_and_the_generator_to_the_others() {
     arguments.extend(PATIENT);
     arguments.extend(["--ramp", "0", "--json", json.to_str().unwrap(), "--server-cores"]);
     let done = output(&[&arguments[..], &[&allowed.to_string()]].concat());
-    assert_eq!(done.status.code(), Some(1), "{}", told(&done));
+    assert_eq!(done.status.code(), Some(2), "{}", told(&done));
     assert!(told(&done).contains("at least one is the server's, and one the generator's"), "{}", told(&done));
     let Ok(apart) = Apart::new(1) else {
         assert_eq!(allowed, 1, "of two cores one can be the server's");
@@ -287,7 +287,7 @@ fn law_is_fitted_to_loads_of_its_own_and_says_what_each_costs() {
     ]);
     arguments.extend(PATIENT);
     let refused = output(&[&arguments[..], &["--potters", "3"]].concat());
-    assert_eq!(refused.status.code(), Some(1), "{}", told(&refused));
+    assert_eq!(refused.status.code(), Some(2), "{}", told(&refused));
     assert!(told(&refused).contains("leave --potters out"), "{}", told(&refused));
     let done = output(&arguments);
     assert_eq!(done.status.code(), Some(0), "{}", told(&done));
@@ -352,18 +352,41 @@ fn every_scenario_is_one() {
 }
 
 #[test]
+fn climb_ends_with_a_run_that_is_invalid_and_finds_no_knee_in_it() {
+    let mut arguments = vec!["knee", "--spawn", "--potters", "1", "--full-potters", "0", "--from", "2", "--to", "4"];
+    arguments.extend(["--ramp", "0.2", "--warmup", "0.3", "--duration", "1", "--quiet"]);
+    // nobody is as punctual as that
+    arguments.extend(["--lag-max-ms", "0.0001", "--threshold", "join_ms:count<1000"]);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(98), "{}", told(&done));
+    let said = told(&done);
+    assert!(said.contains("with 2 the climb ended: this run is invalid"), "{said}");
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_in_a_sentence() {
+    let bounded = ["knee", "--spawn", "--threshold", "join_ms:count<4"];
+    let knee = |flags: [&'static str; 2]| [&bounded[..], &flags].concat();
     for (arguments, said) in [
+        (&["knee", "--spawn"][..], "say which with --threshold"),
+        (&knee(["--factor", "nan"]), "choose one above 1"),
+        (&knee(["--factor", "1"]), "choose one above 1"),
+        (&knee(["--to", "49"]), "--from 50 is above --to 49"),
+        (&["soak", "--virtual-s", "0"], "--virtual-s"),
+        (&["soak", "--virtual-s", "1", "--growth-max-mb", "nan"], "--growth-max-mb NaN"),
+        (&["--spawn", "--json", "/nowhere/run.json"], "/nowhere/run.json cannot be written"),
+        (&["soak", "--virtual-s", "1", "--html", "/nowhere/run.html"], "/nowhere/run.html cannot be written"),
         (&["--spawn", "--scenario", "nowhere"][..], "class-arrives"),
         (&["--spawn", "--potters", "100000"], "potters = 100000 cannot be used"),
         (&["--server", "192.168.1.20:4747", "--code", "K7QM-3XPD"], "--beyond-loopback"),
         (&["--spawn", "--threshold", "input_delta<5"], "there is no figure"),
         (&["--potters", "1"], "--spawn"),
-        (&["--spawn", "--program", "/nowhere/pottery-server"], "cannot be started"),
     ] {
         let done = output(arguments);
-        assert!(!done.status.success() && told(&done).contains(said), "{arguments:?}: {}", told(&done));
+        assert!(done.status.code() == Some(2) && told(&done).contains(said), "{arguments:?}: {}", told(&done));
     }
+    let done = output(&["--spawn", "--program", "/nowhere/pottery-server"]);
+    assert!(done.status.code() == Some(1) && told(&done).contains("cannot be started"), "{}", told(&done));
     let help = told(&output(&["--help"]));
     for word in ["Examples:", "Exit codes:", "invalid", "knee", "soak", "schedule_lag_ms"] {
         assert!(help.contains(word), "--help does not say {word}");

@@ -3,6 +3,7 @@
 //! Owns flags, their words and what they make of a scenario; starts nothing.
 //! Invariant: a flag outranks the scenario's file, and the file the defaults.
 
+use std::fs::OpenOptions;
 use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -58,7 +59,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Raise the load until a threshold breaks, and draw it
+    /// Raise the load until a threshold breaks, and draw it; it ends with a run that is invalid, and exit code 98
     Knee(KneeFlags),
     /// Go through twelve loads, and say what each wheel, potter and looker-on costs the server
     Law(LawFlags),
@@ -158,12 +159,12 @@ pub(crate) struct KneeFlags {
     #[arg(long, default_value = "spectators")]
     raise: Raises,
     /// The first load
-    #[arg(long, default_value_t = 50)]
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     from: u32,
     /// The largest that is tried
     #[arg(long, default_value_t = 2000)]
     to: u32,
-    /// From one load to the next
+    /// From one load to the next, above 1
     #[arg(long, default_value_t = 1.5)]
     factor: f64,
     /// Times that the way between the last that held and the first that broke is halved
@@ -188,7 +189,7 @@ pub(crate) struct SoakFlags {
     #[command(flatten)]
     pub(crate) run: RunFlags,
     /// So many seconds of a room in virtual time instead, after the warm-up, as fast as the machine goes
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) virtual_s: Option<u64>,
     /// How much memory may grow beyond twice the error of the line through it, MB
     #[arg(long, value_name = "MB", default_value_t = 1.0)]
@@ -217,7 +218,20 @@ impl RunFlags {
         Ok(plan.checked()?)
     }
 
+    /// Whether its files can be written, which is better known before a run than after it.
+    pub(crate) fn check_files(&self) -> Result<(), Box<dyn std::error::Error>> {
+        for path in [&self.json, &self.html].into_iter().flatten() {
+            let is_new = !path.exists();
+            let opened = OpenOptions::new().append(true).create(true).open(path);
+            let closed = opened.and_then(|_| if is_new { std::fs::remove_file(path) } else { Ok(()) });
+            closed.map_err(|error| format!("{} cannot be written: {error}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// How the run is gone through, once its files can be written.
     pub(crate) fn options(&self) -> Result<Options, Box<dyn std::error::Error>> {
+        self.check_files()?;
         if !(self.lag_max_ms.is_finite() && self.lag_max_ms > 0.0) {
             return Err("--lag-max-ms has to be more than 0".into());
         }
@@ -262,9 +276,20 @@ fn is_loopback(address: &str) -> bool {
 }
 
 impl KneeFlags {
-    pub(crate) fn way(&self) -> Way {
-        let factor = if self.factor > 1.0 { self.factor } else { 1.5 };
-        Way { raises: self.raise, from: self.from.max(1), to: self.to, factor, halvings: self.halvings }
+    pub(crate) fn way(&self) -> Result<Way, Box<dyn std::error::Error>> {
+        let &Self { raise, from, to, factor, halvings, .. } = self;
+        if self.run.threshold.is_empty() {
+            return Err(
+                "a knee is where a threshold breaks: say which with --threshold, as in delta_age_ms:p99<20".into()
+            );
+        }
+        if !(factor > 1.0 && factor.is_finite()) {
+            return Err(format!("a --factor of {factor} raises nothing: choose one above 1").into());
+        }
+        if from > to {
+            return Err(format!("--from {from} is above --to {to}: choose one that is not").into());
+        }
+        Ok(Way { raises: raise, from, to, factor, halvings })
     }
 }
 
@@ -306,6 +331,10 @@ impl LawFlags {
 impl SoakFlags {
     /// The scenario `soak` unless another is named.
     pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
+        let growth_mb = self.growth_max_mb;
+        if !(growth_mb.is_finite() && growth_mb >= 0.0) {
+            return Err(format!("--growth-max-mb {growth_mb} bounds nothing: choose 0 or more").into());
+        }
         self.run.plan_of(self.run.scenario.as_deref().or(Some("soak")))
     }
 }

@@ -5,6 +5,7 @@
 
 mod flags;
 
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -12,11 +13,24 @@ use clap::Parser;
 use pottery_client::whole_file::write_whole;
 use pottery_tests::load::result::{RunResult, Verdict};
 use pottery_tests::load::{knee, law, page, run, soak};
+use pottery_tests::printed::Printed;
 
 use flags::{Arguments, Command, KneeFlags, LawFlags, RunFlags, SoakFlags};
 
 /// Exit code of a run that could not take place.
 const ERROR: u8 = 1;
+/// Exit code of flags that make no sense.
+const SENSELESS: u8 = 2;
+
+/// What is wrong with flags that make no sense.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Senseless(Box<dyn std::error::Error>);
+
+/// What flags ask for, or that they make no sense.
+fn asked<T>(flags: Result<T, Box<dyn std::error::Error>>) -> Result<T, Senseless> {
+    flags.map_err(Senseless)
+}
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -30,7 +44,7 @@ fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             eprintln!("load-test: {error:#}");
-            ExitCode::from(ERROR)
+            ExitCode::from(if error.is::<Senseless>() { SENSELESS } else { ERROR })
         }
     }
 }
@@ -38,17 +52,17 @@ fn main() -> ExitCode {
 type Done = Result<u8, Box<dyn std::error::Error>>;
 
 fn once(flags: &RunFlags) -> Done {
-    let result = run::run(flags.plan()?, &flags.options()?)?;
+    let result = run::run(asked(flags.plan())?, &asked(flags.options())?)?;
     tell(flags, &result)?;
     Ok(result.verdict.code())
 }
 
 fn tell(flags: &RunFlags, result: &RunResult) -> Result<(), Box<dyn std::error::Error>> {
-    print!("{}", result.table());
+    write!(Printed, "{}", result.table())?;
     for said in &result.said {
-        println!("{said}");
+        writeln!(Printed, "{said}")?;
     }
-    println!("verdict                     {}", sentence(result.verdict));
+    writeln!(Printed, "verdict                     {}", sentence(result.verdict))?;
     write(flags.json.as_deref(), &serde_json::to_string_pretty(result)?)?;
     write(flags.html.as_deref(), &page::of_run(result))
 }
@@ -65,33 +79,34 @@ const fn sentence(verdict: Verdict) -> &'static str {
 fn write(path: Option<&Path>, text: &str) -> Result<(), Box<dyn std::error::Error>> {
     let Some(path) = path else { return Ok(()) };
     write_whole(path, |file| std::io::Write::write_all(file, text.as_bytes()))?;
-    println!("written                     {}", path.display());
-    Ok(())
+    Ok(writeln!(Printed, "written                     {}", path.display())?)
 }
 
 fn climb(flags: &KneeFlags) -> Done {
-    let climb = knee::climb(&flags.run.plan()?, flags.way(), &flags.run.options()?)?;
-    print!("{}", climb.table());
-    println!("{}", climb.sentence());
+    let climb = knee::climb(&asked(flags.run.plan())?, asked(flags.way())?, &asked(flags.run.options())?)?;
+    write!(Printed, "{}", climb.table())?;
+    writeln!(Printed, "{}", climb.sentence())?;
     write(flags.run.json.as_deref(), &serde_json::to_string_pretty(&climb)?)?;
     write(flags.run.html.as_deref(), &page::of_climb(&climb))?;
-    Ok(if climb.knee.is_some() { 0 } else { Verdict::Breach.code() })
+    Ok(climb.verdict().code())
 }
 
 fn fit(flags: &LawFlags) -> Done {
-    let law = law::fitted(&flags.plan()?, flags.way(), &flags.run.options()?)?;
-    print!("{}", law.table());
-    println!("{}", law.sentence());
+    let law = law::fitted(&asked(flags.plan())?, flags.way(), &asked(flags.run.options())?)?;
+    write!(Printed, "{}", law.table())?;
+    writeln!(Printed, "{}", law.sentence())?;
     write(flags.run.json.as_deref(), &serde_json::to_string_pretty(&law)?)?;
     write(flags.run.html.as_deref(), &page::of_law(&law))?;
     Ok(0)
 }
 
 fn go_on(flags: &SoakFlags) -> Done {
-    let plan = flags.plan()?;
+    let plan = asked(flags.plan())?;
     if let Some(seconds) = flags.virtual_s {
+        asked(flags.run.check_files())?;
         let done = soak::in_virtual_time(&plan.checked()?, seconds)?;
-        println!(
+        writeln!(
+            Printed,
             "{:.0} s in {:.1} s: memory {:+.2} ± {:.2} MB/h, grown by {:.2} MB beyond the error; {} snapshots, {} samples refused",
             done.passed_s,
             done.took_s,
@@ -100,15 +115,15 @@ fn go_on(flags: &SoakFlags) -> Done {
             done.memory.growth_mb(),
             done.snapshots,
             done.refused
-        );
+        )?;
         write(flags.run.json.as_deref(), &serde_json::to_string_pretty(&done)?)?;
         if !done.is_current {
-            println!("somebody does not hold the newest clay");
+            writeln!(Printed, "somebody does not hold the newest clay")?;
             return Ok(Verdict::Diverged.code());
         }
         return Ok(if done.memory.growth_mb() <= flags.growth_max_mb { 0 } else { Verdict::Breach.code() });
     }
-    let mut result = run::run(plan, &flags.run.options()?)?;
+    let mut result = run::run(plan, &asked(flags.run.options())?)?;
     let slope = soak::of_run(&result);
     let grown = slope.growth_mb();
     let said = format!(
