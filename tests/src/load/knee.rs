@@ -143,7 +143,7 @@ impl Climb {
     pub fn sentence(&self) -> String {
         let held = self.knee.map_or_else(|| "No load held".into(), |knee| format!("{knee} {} held", self.raises));
         if let Some((people, _, why)) = &self.spoilt {
-            return format!("{held}; with {people} the climb ended without a knee: {why}.");
+            return format!("{held}; with {people} the climb ended: {why}.");
         }
         match &self.broke {
             Some((people, why)) => format!("{held}; {people} did not: {why}."),

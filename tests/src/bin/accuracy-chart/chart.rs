@@ -53,7 +53,9 @@ pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> 
     crate::make_folder(&flags.out)?;
     let machine = Machine::this(flags.date.clone());
     if machine.profile == "debug" {
-        eprintln!("accuracy-chart: this is a debug build, whose times say little; build it with --release");
+        crate::tell(format_args!(
+            "accuracy-chart: this is a debug build, whose times say little; build it with --release"
+        ));
     }
     let extent = if flags.quick { Extent::quick() } else { Extent::full() };
     let begin = Instant::now();

@@ -205,11 +205,11 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     };
     let dented = dented.map_err(refusal)?;
     if let Some(warning) = coarse(&dent) {
-        eprintln!("accuracy-chart: {warning}");
+        crate::tell(format_args!("accuracy-chart: {warning}"));
     }
     let idle = flags.idle();
     if dent.method != MethodKind::Plastic && !idle.is_empty() {
-        eprintln!("accuracy-chart: {} makes no difference to a published method", idle.join(", "));
+        crate::tell(format_args!("accuracy-chart: {} makes no difference to a published method", idle.join(", ")));
     }
     write_surface(flags, &dented)?;
     print(flags, &dent, &dented)

@@ -27,7 +27,7 @@ pub(crate) fn run(flags: &FailuresFlags) -> Result<(), Box<dyn std::error::Error
         return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
     }
     crate::make_folder(&flags.out)?;
-    let outcomes = failures::run(chosen, |scenario| eprintln!("{}", scenario.name));
+    let outcomes = failures::run(chosen, |scenario| crate::tell(format_args!("{}", scenario.name)));
     failures::write(&outcomes, &flags.out)?;
     writeln!(Printed, "{}", failures::table(&outcomes))?;
     Ok(())

@@ -59,7 +59,7 @@ pub(crate) fn run(flags: &FitFlags) -> Printing {
             bar.set_position(iteration.into());
             bar.set_message(format!("{what} score {best:.5}"));
             if bar.is_hidden() && iteration.is_multiple_of(tenth) {
-                eprintln!("{what} {iteration}/{iterations}  score {best:.5}");
+                crate::tell(format_args!("{what} {iteration}/{iterations}  score {best:.5}"));
             }
         }
     };

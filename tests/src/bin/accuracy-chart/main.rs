@@ -14,6 +14,7 @@ mod progress;
 mod stability;
 mod transform;
 
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -112,8 +113,13 @@ fn has(name: &str, words: &str) -> bool {
     name.to_lowercase().contains(&words.to_lowercase())
 }
 
+/// Says a line beside the figures; that nobody reads it is no reason to stop.
+fn tell(line: std::fmt::Arguments<'_>) {
+    drop(writeln!(std::io::stderr(), "{line}"));
+}
+
 fn refused(why: &dyn std::fmt::Display) -> ExitCode {
-    eprintln!("accuracy-chart: {why}");
+    tell(format_args!("accuracy-chart: {why}"));
     ExitCode::from(2)
 }
 

@@ -49,6 +49,6 @@ pub(crate) fn run(flags: &NetworkFlags) -> Result<(), Box<dyn std::error::Error>
     write!(Printed, "{}", csv::text(&figures.prediction))?;
     write!(Printed, "{}", csv::text(&figures.subscription))?;
     write!(Printed, "{}", csv::text(&figures.codecs))?;
-    eprintln!("{}: after {:.0} s", flags.out.display(), begin.elapsed().as_secs_f64());
+    crate::tell(format_args!("{}: after {:.0} s", flags.out.display(), begin.elapsed().as_secs_f64()));
     Ok(())
 }

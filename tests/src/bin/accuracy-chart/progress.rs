@@ -28,7 +28,13 @@ pub(crate) fn shown<T>(begin: Instant, measure: impl FnOnce(&mut Progress<'_>) -
     let told = |piece: &Piece<'_>| {
         // a line for every tenth of the way
         if piece.done * 10 >= next.get() * piece.of {
-            eprintln!("{:>3.0} s  {}/{}  {}", begin.elapsed().as_secs_f64(), piece.done, piece.of, piece.what);
+            crate::tell(format_args!(
+                "{:>3.0} s  {}/{}  {}",
+                begin.elapsed().as_secs_f64(),
+                piece.done,
+                piece.of,
+                piece.what
+            ));
             next.set(piece.done * 10 / piece.of + 1);
         }
     };

@@ -33,7 +33,7 @@ pub(crate) fn run(flags: &StabilityFlags) -> Result<(), Box<dyn std::error::Erro
     }
     crate::make_folder(&flags.out)?;
     stability::leave_out(&flags.without);
-    let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| eprintln!("{}", scenario.name));
+    let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| crate::tell(format_args!("{}", scenario.name)));
     let edges = flags.only.is_none().then(|| Edges::measure(&PLANE_DELAYS_S));
     stability::write(&outcomes, edges.as_ref(), &flags.out)?;
     writeln!(Printed, "{}", failures::table(&outcomes))?;

@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Raise the load until a threshold breaks, and draw it
+    /// Raise the load until a threshold breaks, and draw it; it ends with a run that is invalid, and exit code 98
     Knee(KneeFlags),
     /// Go through twelve loads, and say what each wheel, potter and looker-on costs the server
     Law(LawFlags),
