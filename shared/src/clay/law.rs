@@ -37,7 +37,7 @@ const AROUND_MAX: f32 = 0.5;
 /// The first twelve are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
 /// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125; other spheres, pots and clays are held
 /// out. What a quick press raises less is fitted by it to what a slow one leaves. The nine of sliding are fitted to balls of 12 and 20 mm drawn
-/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last six are fitted by it to the forces on balls of 12 to 40 mm pressed up
+/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last seven are fitted by it to the forces on balls of 12 to 40 mm pressed up
 /// to 6 mm into hollow pots, from outside and from inside, and to the pots' shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticLaw {
@@ -135,9 +135,9 @@ impl PlasticLaw {
         wall_wider_from: 0.406,
         wall_softer: 0.239,
         wall_weaker: 0.856,
-        wall_follows: 6.399,
-        wall_follows_from: 0.481,
-        wall_stays: 0.58,
+        wall_follows: 1.634,
+        wall_follows_from: 0.409,
+        wall_stays: 0.589,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the

@@ -394,7 +394,9 @@ fn datagrams() -> Vec<Value> {
     let piece = |of| json!([{ "version": 1001, "of": of, "index": 1, "count": 2, "bytes": "0102faff" }]);
     let first_value = json!({
         "tick": 16_666, "latest": 1001, "digest": u64::MAX,
-        "tools": [{ "client": 2, "centre": [6500, -1, 9000], "tool": { "sphere": 500 }, "touching": true }],
+        "tools": [{
+            "client": 2, "centre": [6500, -1, 9000], "tool": { "sphere": 500 }, "touching": true, "inside": false,
+        }],
         "fragments": piece("delta"),
     });
     let next_value =
