@@ -128,7 +128,7 @@ fn a_form_that_its_clay_makes_too_wide_or_too_narrow_is_refused_with_the_radius_
     // what is made has a wall as thick as it should be
     for (form, spec) in [(Form::Bowl, spec(330.0, 100.0, 8.0)), (Form::Bottle, spec(400.0, 100.0, 22.0))] {
         let pot = form.of_clay_of(spec).unwrap();
-        let [outer, inner] = pot.surfaces() else { panic!("a hollow pot has two skins") };
+        let [outer, inner, ..] = pot.surfaces() else { panic!("a hollow pot has two skins") };
         for (outer_m, inner_m) in outer.radii_m().iter().zip(inner.radii_m()) {
             assert!((outer_m - inner_m - spec.wall.0).abs() < 1e-7, "{form:?}: {outer_m} m and {inner_m} m");
         }
