@@ -65,17 +65,6 @@ pub enum Priority {
     },
 }
 
-impl Priority {
-    /// In a word or two, for a status line.
-    #[must_use]
-    pub const fn in_short(&self) -> &'static str {
-        match self {
-            Self::RealTime => "real-time",
-            Self::Ordinary | Self::Refused { .. } => "ordinary priority",
-        }
-    }
-}
-
 impl fmt::Display for Priority {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -403,8 +403,6 @@ impl FileConfig {
     pub fn of(config: &ServerConfig) -> Self {
         let pot = &config.pot;
         let has_measures = config.form == Form::Cylinder;
-        // to the micrometre: a millimetre made of a metre in binary has digits that nobody typed
-        let mm = |length: Metres| (length.as_mm() * 1e3).round() / 1e3;
         Self {
             listen: Some(config.listen),
             code: config.code.as_ref().map(JoinCode::to_string),
@@ -418,9 +416,9 @@ impl FileConfig {
             rows: Some(pot.shape.rows()),
             smallest_tool_mm: None,
             finest_view_mm: None,
-            height_mm: has_measures.then_some(mm(pot.height)),
-            radius_mm: has_measures.then_some(mm(pot.radius)),
-            wall_mm: Some(mm(pot.wall)),
+            height_mm: has_measures.then_some(pot.height.told_mm()),
+            radius_mm: has_measures.then_some(pot.radius.told_mm()),
+            wall_mm: Some(pot.wall.told_mm()),
             form: Some(config.form.name().to_owned()),
             method: Some(config.method.name().to_owned()),
             wheel_rpm: Some(config.wheel_speed.0),

@@ -60,7 +60,7 @@ impl Sphere {
             Ok(Self { radius })
         } else {
             Err(ToolError::Radius {
-                radius_mm: radius.as_mm(),
+                radius_mm: radius.told_mm(),
                 min_mm: Self::RADIUS_MIN.as_mm(),
                 max_mm: Self::RADIUS_MAX.as_mm(),
             })

@@ -1,8 +1,9 @@
 //! What programs print.
 //!
-//! Owns nothing; what is written goes to the standard output.
+//! Owns nothing; what is written goes to the standard output and the standard error.
 //! Invariant: whoever reads no further ends no program, and whatever else goes wrong is an error that says so.
 
+use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 /// The standard output, for `writeln!`.
@@ -20,6 +21,11 @@ impl Write for Printed {
     fn flush(&mut self) -> io::Result<()> {
         passed(io::stdout().flush(), ())
     }
+}
+
+/// Tells how a program is getting on, or why it ends, on the standard error; dropped when nobody reads that any more.
+pub fn remark(line: impl Display) {
+    drop(writeln!(io::stderr(), "{line}"));
 }
 
 /// The result, or `dropped` when nobody reads any more.

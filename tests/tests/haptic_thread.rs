@@ -168,7 +168,6 @@ fn priority_is_granted_or_refused_in_a_sentence() {
     }
     let refused = Priority::Refused { reason: "Operation not permitted".into() };
     assert!(refused.to_string().contains("refuses real time (Operation not permitted)"), "{refused}");
-    assert_eq!(refused.in_short(), "ordinary priority");
 }
 
 #[cfg(target_os = "linux")]

@@ -65,7 +65,7 @@ const EXAMPLES: &str = "Examples:
                                                          bring a tool of your own, for everybody at the wheel
 
 Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose edge faces the pot wherever they are. A
-tool file is STL or OBJ in millimetres: one closed convex solid of at most 1280 triangles; x points away from the axis.
+tool file is STL or OBJ in millimetres: one closed convex solid of at most 20,480 triangles; x points away from the axis.
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
 wheel sets how deep it presses, right button drags the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,

@@ -85,10 +85,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         (false, true) => "a renderer",
         (true, true) => "a server and a renderer",
     };
-    eprintln!(
-        "measuring for {} s, with {beside} beside the hand, and as long a loop with nothing to do",
-        bench.seconds
-    );
+    note!("measuring for {} s, with {beside} beside the hand, and as long a loop with nothing to do", bench.seconds);
     let device = Box::new(SimulatedDevice::new(Arc::new(stroke(bench.seconds)?), HandModel::default()));
     // half before and half after, so that what changes meanwhile is in both
     let before = idle(bench)?;

@@ -42,8 +42,8 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     fs::create_dir_all(&session.out)
         .with_context(|| format!("the folder {} cannot be made; choose another with --out", session.out.display()))?;
     if session.strokes.len() > POTTERS_PER_CORE * cores() {
-        eprintln!(
-            "pottery-studio: {} hands at 1 kHz are more than {} cores can serve in time; the figures will show it",
+        note!(
+            "{} hands at 1 kHz are more than {} cores can serve in time; the figures will show it",
             session.strokes.len(),
             cores()
         );
@@ -120,7 +120,7 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
         all_settled &= potter.settle(QUIET).await;
     }
     if !all_settled {
-        eprintln!("pottery-studio: not every press was confirmed within {} s", QUIET.as_secs());
+        note!("not every press was confirmed within {} s", QUIET.as_secs());
     }
     // the last snapshot reaches those who settled first as well
     tokio::time::sleep(Duration::from_millis(300)).await;
@@ -151,7 +151,7 @@ fn open(device: &DeviceChoice, stroke: &Arc<Stroke>) -> anyhow::Result<Box<dyn D
     let opened = device.open(pointer().1, stroke).context("no thread for the device")?;
     if let Some(monitor) = opened.monitor {
         match (monitor.about(), monitor.notice()) {
-            (_, Some(notice)) => eprintln!("pottery-studio: {notice}"),
+            (_, Some(notice)) => note!("{notice}"),
             (about, None) => say!("device     {}", about.as_deref().unwrap_or(device.name())),
         }
     }
@@ -208,7 +208,7 @@ fn picture(pot: &Pot, folder: &Path) -> anyhow::Result<bool> {
     let gpu = match Gpu::headless() {
         Ok(gpu) => gpu,
         Err(error) => {
-            eprintln!("pottery-studio: no picture was drawn: {error}");
+            note!("no picture was drawn: {error}");
             return Ok(false);
         }
     };

@@ -82,7 +82,7 @@ pub(crate) fn note(target: &Target, shown: Option<[u8; 32]>) {
         Ok(false) => {}
         Err(error) => {
             let why = sentence(error.as_ref());
-            eprintln!("pottery-studio: the key of {} is not remembered: {why}", target.address);
+            note!("the key of {} is not remembered: {why}", target.address);
         }
     }
 }

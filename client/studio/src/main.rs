@@ -10,6 +10,13 @@ macro_rules! say {
     };
 }
 
+/// The same for what went wrong or must be known, with the program's name.
+macro_rules! note {
+    ($($part:tt)*) => {
+        drop(std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("pottery-studio: {}\n", format_args!($($part)*))))
+    };
+}
+
 mod arguments;
 mod conversion;
 mod haptics;
@@ -27,6 +34,7 @@ mod watch_choice;
 mod window;
 mod words;
 
+use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -45,12 +53,15 @@ fn main() -> ExitCode {
     let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
     let usual = [("winit", LevelFilter::ERROR), ("pulseaudio", LevelFilter::OFF)];
     let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN).with_targets(usual));
-    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let has_colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
+    // who reads the log no longer is no reason to end
+    let log =
+        tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(has_colours).log_internal_errors(false);
     tracing_subscriber::registry().with(log).with(filter).init();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("pottery-studio: {}", sentence(error.as_ref()));
+            note!("{}", sentence(error.as_ref()));
             ExitCode::FAILURE
         }
     }
@@ -87,7 +98,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
             window::Ended::NoDisplay(reason) => {
                 let no_window = format!("no window can be opened here ({reason})");
                 let session = arguments.headless_session().context(no_window.clone())?;
-                eprintln!("pottery-studio: {no_window}; working headless instead");
+                note!("{no_window}; working headless instead");
                 headless::run(&session)
             }
         },

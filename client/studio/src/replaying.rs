@@ -44,10 +44,7 @@ impl Session {
         let recording = playback.recording();
         let span = recording.span(place).unwrap_or_default();
         if !recording.is_whole() {
-            eprintln!(
-                "pottery-studio: the session was cut short after {:.1} s: it is replayed up to there",
-                seconds(span.1, span)
-            );
+            note!("the session was cut short after {:.1} s: it is replayed up to there", seconds(span.1, span));
         }
         Ok(Self { playback, span })
     }
@@ -71,6 +68,10 @@ pub(crate) fn seconds(tick: Tick, span: (Tick, Tick)) -> f64 {
 /// Goes through a session.
 pub(crate) fn run(asked: &ReplaySession) -> anyhow::Result<()> {
     let mut session = Session::open(&asked.path, asked.wheel)?;
+    let length_s = seconds(session.span.1, session.span);
+    if asked.at_s.is_some_and(|at_s| at_s > length_s) {
+        note!("the session ends after {length_s:.1} s: its end is shown");
+    }
     let Some(out) = &asked.out else {
         let at = session.tick_at(asked.at_s.unwrap_or(0.0));
         session.playback.seek(at)?;

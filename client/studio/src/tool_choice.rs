@@ -81,8 +81,8 @@ fn to_share(tool: ConvexTool, path: &Path) -> ConvexTool {
     let triangles = tool.normals().len();
     let thinned = (triangles > BROUGHT_TRIANGLES_MAX).then(|| Thinned::of(&tool, BROUGHT_TRIANGLES_MAX)).flatten();
     let Some(Thinned { tool: thinner, apart }) = thinned else { return tool };
-    eprintln!(
-        "pottery-studio: {} has {triangles} triangles, too many to be shared; it comes with {}, no farther from the file's solid than {:.3} mm",
+    note!(
+        "{} has {triangles} triangles, too many to be shared; it comes with {}, no farther from the file's solid than {:.3} mm",
         path.display(),
         thinner.normals().len(),
         apart.as_mm(),

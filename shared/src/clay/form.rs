@@ -168,7 +168,8 @@ impl Form {
             ];
             for (field, radius_m) in ends_m {
                 if !(low_m..=high_m).contains(&radius_m) {
-                    let [value_mm, min_mm, max_mm] = [radius_m, low_m, high_m].map(|length_m| Metres(length_m).as_mm());
+                    let [value_mm, min_mm, max_mm] =
+                        [radius_m, low_m, high_m].map(|length_m| Metres(length_m).told_mm());
                     return Err(PotError::Measure { field, value_mm, min_mm, max_mm });
                 }
             }

@@ -134,12 +134,12 @@ impl PotSpec {
             if value.as_mm() >= min_mm && value.as_mm() <= max_mm {
                 Ok(())
             } else {
-                Err(PotError::Measure { field, value_mm: value.as_mm(), min_mm, max_mm })
+                Err(PotError::Measure { field, value_mm: value.told_mm(), min_mm, max_mm })
             }
         };
         within("height", self.height, 20.0, 600.0)?;
         within("radius", self.radius, 10.0, 150.0)?;
-        within("wall", self.wall, Self::WALL_MIN.as_mm(), self.radius.as_mm() * 0.5)
+        within("wall", self.wall, Self::WALL_MIN.as_mm(), Metres(self.radius.0 * 0.5).told_mm())
     }
 }
 

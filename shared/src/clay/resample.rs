@@ -41,7 +41,7 @@ impl GridShape {
             [("tool radius", smallest_tool), ("visible length", seen), ("height", pot.height), ("radius", pot.radius)];
         for (field, length) in lengths {
             if !(length.0 > 0.0 && length.0.is_finite()) {
-                return Err(ResolutionError::Length { field, value_mm: length.as_mm() });
+                return Err(ResolutionError::Length { field, value_mm: length.told_mm() });
             }
         }
         let element_m = (smallest_tool.0 / Self::ELEMENTS_A_TOOL).max(seen.0);

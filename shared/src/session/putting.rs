@@ -69,8 +69,8 @@ pub fn fitted(record: &PotRecord, wheel: &PotSpec) -> Result<PotRecord, PutError
     let (theirs_m, ours_m) = (height(&theirs), height(&fitted.pot()));
     let is_as_high = (ours_m - theirs_m).abs() <= HEIGHT_SHARE_MAX * theirs_m;
     if !is_as_high || record.spec().wall != wheel.wall {
-        let mm = |length_m: f32| Metres(length_m).as_mm();
-        let walls_mm = [record.spec().wall.as_mm(), wheel.wall.as_mm()];
+        let mm = |length_m: f32| Metres(length_m).told_mm();
+        let walls_mm = [record.spec().wall, wheel.wall].map(Metres::told_mm);
         let (theirs_mm, ours_mm) = (mm(theirs_m), mm(ours_m));
         return Err(PutError::Clay { theirs_mm, ours_mm, their_wall_mm: walls_mm[0], our_wall_mm: walls_mm[1] });
     }

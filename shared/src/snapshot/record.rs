@@ -242,9 +242,9 @@ fn check(surface: &Surface, steps: &[u16]) -> Result<(), RecordError> {
         Some(at) => Err(RecordError::Radius {
             column: at / shape.rows() as usize,
             row: at % shape.rows() as usize,
-            radius_mm: Metres(dequantise(steps[at])).as_mm(),
-            min_mm: Metres(min_m).as_mm(),
-            max_mm: Metres(max_m).as_mm(),
+            radius_mm: Metres(dequantise(steps[at])).told_mm(),
+            min_mm: Metres(min_m).told_mm(),
+            max_mm: Metres(max_m).told_mm(),
         }),
     }
 }

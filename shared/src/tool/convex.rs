@@ -184,7 +184,7 @@ impl ConvexTool {
         if volume_m3 < 0.0 {
             return Err(ConvexError::InsideOut { volume_mm3 });
         }
-        let normals = normals(&mesh, &links).ok_or(thin(0.0))?;
+        let normals = normals(&mesh, &links).ok_or(thin(Metres(0.0)))?;
         check_planes(&mesh, &normals)?;
         let corners_m: Vec<Vec4> = mesh.corners_m.iter().map(|corner| (*corner - centre_m).extend(0.0)).collect();
         let reach_m = |corner: &Vec4| libm::sqrtf(corner.x * corner.x + corner.y * corner.y + corner.z * corner.z);
@@ -385,12 +385,12 @@ fn check_size(radius_m: f32, leeway: f32) -> Result<(), ConvexError> {
     if radius_m >= min.0 * leeway && radius_m <= max.0 {
         Ok(())
     } else {
-        Err(ConvexError::Size { radius_mm: radius_m * 1e3, min_mm: min.as_mm(), max_mm: max.as_mm() })
+        Err(ConvexError::Size { radius_mm: Metres(radius_m).told_mm(), min_mm: min.as_mm(), max_mm: max.as_mm() })
     }
 }
 
-const fn thin(thickness_mm: f32) -> ConvexError {
-    ConvexError::Thin { thickness_mm, min_mm: ConvexTool::THICKNESS_MIN.as_mm() }
+fn thin(thickness: Metres) -> ConvexError {
+    ConvexError::Thin { thickness_mm: thickness.told_mm(), min_mm: ConvexTool::THICKNESS_MIN.as_mm() }
 }
 
 /// Divergence theorem, over the tetrahedra from one corner of the mesh: `V = Σ a·(b × c)/6`, centre `Σ V_i(a+b+c)/4 / V`.
@@ -460,9 +460,9 @@ fn check_planes(mesh: &Facets, normals: &[Vec3]) -> Result<(), ConvexError> {
         }
     }
     if bulge_m > ConvexTool::BULGE_MAX.0 {
-        let corner_mm = (mesh.corners_m[bulging] * 1e3).to_array();
-        let (bulge_mm, max_mm) = (bulge_m * 1e3, ConvexTool::BULGE_MAX.as_mm());
+        let corner_mm = mesh.corners_m[bulging].to_array().map(|along_m| Metres(along_m).told_mm());
+        let (bulge_mm, max_mm) = (Metres(bulge_m).told_mm(), ConvexTool::BULGE_MAX.as_mm());
         return Err(ConvexError::NotConvex { corner_mm, bulge_mm, max_mm });
     }
-    if thickness_m < ConvexTool::THICKNESS_MIN.0 { Err(thin(thickness_m * 1e3)) } else { Ok(()) }
+    if thickness_m < ConvexTool::THICKNESS_MIN.0 { Err(thin(Metres(thickness_m))) } else { Ok(()) }
 }

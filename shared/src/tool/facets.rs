@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 use glam::Vec3;
 
 use super::ConvexError;
+use crate::units::Metres;
 
 /// One side a → b of a facet a, b, c, seen by who enters the facet through it.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +79,8 @@ impl Facets {
         let sides = 3 * self.facets.len();
         let mut order: Vec<u16> = (0..sides).map(|number| number as u16).collect();
         order.sort_by_key(|&number| side(usize::from(number)));
-        let place_mm = |corner: u16| (self.corners_m[usize::from(corner)] * 1e3).to_array();
+        let place_mm =
+            |corner: u16| self.corners_m[usize::from(corner)].to_array().map(|along_m| Metres(along_m).told_mm());
         let alike = |key: (u16, u16)| {
             let first = order.partition_point(|&number| side(usize::from(number)) < key);
             let end = order.partition_point(|&number| side(usize::from(number)) <= key);

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::Plan;
 use super::result::{RunResult, Verdict};
 use super::run::{Options, RunError, run};
+use crate::printed::remark;
 
 /// What is raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -120,7 +121,7 @@ impl Climb {
             down_kbit_s: result.down_bytes as f64 * 8e-3 / result.measured_s,
             verdict: result.verdict,
         };
-        eprintln!("{}", step.row());
+        remark(step.row());
         match result.verdict {
             Verdict::Pass => self.knee = Some(self.knee.map_or(people, |knee| knee.max(people))),
             Verdict::Breach => self.broke = Some((people, result.said.join("; "))),

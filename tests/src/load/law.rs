@@ -9,6 +9,7 @@ use super::plan::{Plan, Sight};
 use super::result::{RunResult, Verdict};
 use super::run::{Options, RunError, run};
 use crate::linear::Cholesky;
+use crate::printed::remark;
 
 /// What there may be more of, in the order of [`Load::counts`].
 pub const PARTS: [&str; 6] = [
@@ -160,7 +161,7 @@ pub fn fitted(base: &Plan, way: Way, options: &Options) -> Result<Law, LawError>
         ];
         let load = Load { counts: counts_of(plan), costs, verdict: result.verdict };
         found.push(load);
-        eprintln!("{:>3} of {all} {}", found.len(), found[found.len() - 1].row());
+        remark(format_args!("{:>3} of {all} {}", found.len(), found[found.len() - 1].row()));
         first.get_or_insert(result);
     }
     let held: Vec<_> = found.iter().filter(|load| load.verdict == Verdict::Pass).collect();

@@ -28,6 +28,7 @@ use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigure
 use super::schedule::Punctuality;
 use super::strangers::{StrangerFigures, Strangers};
 use super::threshold::Threshold;
+use crate::printed::remark;
 
 /// People who share a socket.
 const PEOPLE_A_SOCKET: u32 = 16;
@@ -139,7 +140,7 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     };
     let _kept = keep(apart, Apart::keep_to_generator)?;
     if let Some(host) = &spawned {
-        eprintln!("server      {} (process {})", host.address, host.process());
+        remark(format_args!("server      {} (process {})", host.address, host.process()));
     }
     let runtime = || {
         let mut builder = tokio::runtime::Builder::new_multi_thread();
@@ -475,14 +476,14 @@ impl<'a> Watched<'a> {
 
     fn tell(&self, second: &Second) {
         if self.result.seconds.len().is_multiple_of(20) {
-            eprintln!(
+            remark(format_args!(
                 "{:>9} {:>7} {:>9} {:>9} {:>8} {:>7} {:>9} {:>8} {:>8} {:>8}",
                 "", "people", "input p50", "p99 ms", "age p99", "lag p99", "down kb/s", "srv cpu", "srv MB", "gen cpu"
-            );
+            ));
         }
         let percent = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.0} %"));
         let total_s = self.studio.plan.total_s();
-        eprintln!(
+        remark(format_args!(
             "{:>3.0}% {:>4.0}s{} {:>6} {:>9.1} {:>9.1} {:>8.1} {:>7.1} {:>9.0} {:>8} {:>8.0} {:>8}",
             100.0 * second.at_s / total_s,
             second.at_s,
@@ -496,7 +497,7 @@ impl<'a> Watched<'a> {
             percent(second.server_cpu_percent),
             second.server_memory_mb.unwrap_or_default(),
             percent(second.generator_cpu_percent),
-        );
+        ));
     }
 
     fn judge(mut self, outcomes: Vec<Outcome>) -> RunResult {

@@ -192,7 +192,7 @@ impl Drop for Files {
     fn drop(&mut self) {
         self.wait();
         if let Some(outcome) = self.outcome.as_ref().filter(|outcome| outcome.is_trouble()) {
-            eprintln!("pottery-studio: {}", outcome.said(&Words::new(Language::English)));
+            note!("{}", outcome.said(&Words::new(Language::English)));
         }
     }
 }

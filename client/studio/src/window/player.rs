@@ -28,6 +28,8 @@ use crate::words::Words;
 const FRAME_IDLE: Duration = Duration::from_millis(500);
 /// What a key goes back or on by, s.
 const LEAP_S: f64 = 5.0;
+/// What stands in the line of the slider and at its ends, points.
+const BESIDE_SLIDER: f32 = 190.0;
 /// Ticks after which a resting tool is no longer shown, as at the wheel.
 const TOOL_SHOWN_TICKS: i64 = 500;
 
@@ -166,7 +168,9 @@ impl Player {
                 ui.horizontal(|ui| {
                     let switch = words.say(if is_playing { "replay-pause" } else { "replay-play" });
                     is_playing ^= ui.button(switch).clicked();
-                    ui.spacing_mut().slider_width = 480.0;
+                    // beside it stand the switch and the seconds
+                    let room = ui.ctx().content_rect().width() - BESIDE_SLIDER;
+                    ui.spacing_mut().slider_width = room.clamp(60.0, 480.0);
                     let slider = egui::Slider::new(&mut at_s, 0.0..=length_s).suffix(" s");
                     let slider = slider.custom_formatter(|value, _| words.number(value, 1));
                     ui.add(slider.custom_parser(Words::parse));

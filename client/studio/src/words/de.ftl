@@ -101,9 +101,12 @@ not-kept = die Einstellungen werden nicht behalten: { $reason }
 
 ## The line of figures
 
-status = hin und zurück { $rtt } ms · { $quality } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter } · H: Tasten
+status = H: Tasten · hin und zurück { $rtt } ms · { $quality } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter }
+device-mouse = Maus
 device-rate = { $device } mit { $rate } Hz
 hand-rests = ruht
+priority-real-time = Echtzeit
+priority-ordinary = gewöhnlicher Vorrang
 quality-excellent = ausgezeichnet
 quality-good = gut
 quality-fair = mäßig
@@ -220,7 +223,7 @@ lesson = Die ersten fünf Minuten
 lesson-step = { $step } von { $steps }: { $name }
 lesson-skip = Überspringen
 lesson-centre = Zentrieren
-lesson-centre-how = Stell die Scheibe auf etwa 200 U/min („zentrieren“ oder die Taste auf). Leg das Werkzeug drei Sekunden lang mit der linken Taste an die Wand: Der Ton läuft rund.
+lesson-centre-how = Stell die Scheibe auf etwa 200 U/min („zentrieren“ oder die Pfeiltaste nach oben). Leg das Werkzeug drei Sekunden lang mit der linken Taste an die Wand: Der Ton läuft rund.
 lesson-open = Öffnen
 lesson-open-how = Drück I: Das Werkzeug geht nach innen. Halt die linke Taste nahe am Rand, und die Öffnung weitet sich.
 lesson-pull = Ziehen

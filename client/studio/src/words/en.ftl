@@ -101,9 +101,12 @@ not-kept = your preferences are not kept: { $reason }
 
 ## The line of figures
 
-status = round trip { $rtt } ms · { $quality } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter } · H: keys
+status = H: keys · round trip { $rtt } ms · { $quality } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter }
+device-mouse = mouse
 device-rate = { $device } at { $rate } Hz
 hand-rests = rests
+priority-real-time = real-time
+priority-ordinary = ordinary priority
 quality-excellent = excellent
 quality-good = good
 quality-fair = fair

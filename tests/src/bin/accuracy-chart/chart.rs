@@ -10,7 +10,7 @@ use std::time::Instant;
 use pottery_tests::chart;
 use pottery_tests::chart::extent::Extent;
 use pottery_tests::chart::machine::Machine;
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct ChartFlags {
@@ -53,9 +53,7 @@ pub(crate) fn run(flags: &ChartFlags) -> Result<(), Box<dyn std::error::Error>> 
     crate::make_folder(&flags.out)?;
     let machine = Machine::this(flags.date.clone());
     if machine.profile == "debug" {
-        crate::tell(format_args!(
-            "accuracy-chart: this is a debug build, whose times say little; build it with --release"
-        ));
+        remark(format_args!("accuracy-chart: this is a debug build, whose times say little; build it with --release"));
     }
     let extent = if flags.quick { Extent::quick() } else { Extent::full() };
     let begin = Instant::now();

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use pottery_shared::clay::{ErrorBound, GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::{Dent, DentError, Dented, Figure, Rounded};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum MethodName {
@@ -205,11 +205,11 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     };
     let dented = dented.map_err(refusal)?;
     if let Some(warning) = coarse(&dent) {
-        crate::tell(format_args!("accuracy-chart: {warning}"));
+        remark(format_args!("accuracy-chart: {warning}"));
     }
     let idle = flags.idle();
     if dent.method != MethodKind::Plastic && !idle.is_empty() {
-        crate::tell(format_args!("accuracy-chart: {} makes no difference to a published method", idle.join(", ")));
+        remark(format_args!("accuracy-chart: {} makes no difference to a published method", idle.join(", ")));
     }
     write_surface(flags, &dented)?;
     print(flags, &dent, &dented)

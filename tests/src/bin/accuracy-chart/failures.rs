@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use pottery_tests::failures::{self, SCENARIOS, Scenario};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 #[derive(clap::Args, Debug)]
 pub(crate) struct FailuresFlags {
@@ -27,7 +27,7 @@ pub(crate) fn run(flags: &FailuresFlags) -> Result<(), Box<dyn std::error::Error
         return Err(format!("no scenario has such a name; there are: {}", names.join("; ")).into());
     }
     crate::make_folder(&flags.out)?;
-    let outcomes = failures::run(chosen, |scenario| crate::tell(format_args!("{}", scenario.name)));
+    let outcomes = failures::run(chosen, |scenario| remark(scenario.name));
     failures::write(&outcomes, &flags.out)?;
     writeln!(Printed, "{}", failures::table(&outcomes))?;
     Ok(())

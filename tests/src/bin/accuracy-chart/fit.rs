@@ -12,7 +12,7 @@ use pottery_tests::fit::speeds::{self, Quick};
 use pottery_tests::fit::strokes::{self, StrokeFigures};
 use pottery_tests::fit::walls::{self, KnownForce};
 use pottery_tests::fit::{self, FREE, Misfit, SLIDING};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 const MEANING: &str = "\
 What it does:
@@ -59,7 +59,7 @@ pub(crate) fn run(flags: &FitFlags) -> Printing {
             bar.set_position(iteration.into());
             bar.set_message(format!("{what} score {best:.5}"));
             if bar.is_hidden() && iteration.is_multiple_of(tenth) {
-                crate::tell(format_args!("{what} {iteration}/{iterations}  score {best:.5}"));
+                remark(format_args!("{what} {iteration}/{iterations}  score {best:.5}"));
             }
         }
     };

@@ -14,11 +14,11 @@ mod progress;
 mod stability;
 mod transform;
 
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use pottery_tests::printed::remark;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -113,13 +113,8 @@ fn has(name: &str, words: &str) -> bool {
     name.to_lowercase().contains(&words.to_lowercase())
 }
 
-/// Says a line beside the figures; that nobody reads it is no reason to stop.
-fn tell(line: std::fmt::Arguments<'_>) {
-    drop(writeln!(std::io::stderr(), "{line}"));
-}
-
 fn refused(why: &dyn std::fmt::Display) -> ExitCode {
-    tell(format_args!("accuracy-chart: {why}"));
+    remark(format_args!("accuracy-chart: {why}"));
     ExitCode::from(2)
 }
 

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use pottery_tests::chart::network::{NetworkExtent, files, measure};
 use pottery_tests::chart::{ChartError, csv};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 const MEANING: &str = "\
 What it writes:
@@ -49,6 +49,6 @@ pub(crate) fn run(flags: &NetworkFlags) -> Result<(), Box<dyn std::error::Error>
     write!(Printed, "{}", csv::text(&figures.prediction))?;
     write!(Printed, "{}", csv::text(&figures.subscription))?;
     write!(Printed, "{}", csv::text(&figures.codecs))?;
-    crate::tell(format_args!("{}: after {:.0} s", flags.out.display(), begin.elapsed().as_secs_f64()));
+    remark(format_args!("{}: after {:.0} s", flags.out.display(), begin.elapsed().as_secs_f64()));
     Ok(())
 }

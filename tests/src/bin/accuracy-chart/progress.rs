@@ -10,6 +10,7 @@ use std::time::Instant;
 use indicatif::style::TemplateError;
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_tests::chart::progress::{Piece, Progress};
+use pottery_tests::printed::remark;
 
 /// Does a measurement and shows how far it is.
 pub(crate) fn shown<T>(begin: Instant, measure: impl FnOnce(&mut Progress<'_>) -> T) -> Result<T, TemplateError> {
@@ -28,7 +29,7 @@ pub(crate) fn shown<T>(begin: Instant, measure: impl FnOnce(&mut Progress<'_>) -
     let told = |piece: &Piece<'_>| {
         // a line for every tenth of the way
         if piece.done * 10 >= next.get() * piece.of {
-            crate::tell(format_args!(
+            remark(format_args!(
                 "{:>3.0} s  {}/{}  {}",
                 begin.elapsed().as_secs_f64(),
                 piece.done,

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use pottery_tests::failures::{self, Scenario};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 use pottery_tests::stability::{self, Edges, PLANE_DELAYS_S, SCENARIOS, Stage};
 
 #[derive(clap::Args, Debug)]
@@ -33,7 +33,7 @@ pub(crate) fn run(flags: &StabilityFlags) -> Result<(), Box<dyn std::error::Erro
     }
     crate::make_folder(&flags.out)?;
     stability::leave_out(&flags.without);
-    let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| crate::tell(format_args!("{}", scenario.name)));
+    let outcomes = failures::run_of(SCENARIOS, chosen, |scenario| remark(scenario.name));
     let edges = flags.only.is_none().then(|| Edges::measure(&PLANE_DELAYS_S));
     stability::write(&outcomes, edges.as_ref(), &flags.out)?;
     writeln!(Printed, "{}", failures::table(&outcomes))?;

@@ -13,7 +13,7 @@ use clap::Parser;
 use pottery_client::whole_file::write_whole;
 use pottery_tests::load::result::{RunResult, Verdict};
 use pottery_tests::load::{knee, law, page, run, soak};
-use pottery_tests::printed::Printed;
+use pottery_tests::printed::{Printed, remark};
 
 use flags::{Arguments, Command, KneeFlags, LawFlags, RunFlags, SoakFlags};
 
@@ -43,7 +43,7 @@ fn main() -> ExitCode {
     match done {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("load-test: {error:#}");
+            remark(format_args!("load-test: {error:#}"));
             ExitCode::from(if error.is::<Senseless>() { SENSELESS } else { ERROR })
         }
     }

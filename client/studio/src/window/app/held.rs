@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use pottery_client::device::{Feel, Monitor};
 use pottery_client::sound::Sound;
-use pottery_client::{Granted, HapticLoop};
+use pottery_client::{Granted, HapticLoop, Priority};
 
 use crate::words::Words;
 
@@ -47,7 +47,8 @@ impl Held {
     /// Which device it is and how fast it answers, as far as that was counted.
     pub(super) fn said(&self, words: &Words) -> String {
         let about = self.monitor.as_ref().and_then(|monitor| monitor.about());
-        let about = about.unwrap_or_else(|| self.name.to_owned());
+        let about = about
+            .unwrap_or_else(|| if self.name == "mouse" { words.say("device-mouse") } else { self.name.to_owned() });
         match self.rates.a_second {
             Some((_, exchanges)) if exchanges > 0.0 => {
                 // to ten, so that a device at rest says the same all the time
@@ -67,7 +68,11 @@ impl Held {
             Some((ticks, _)) if ticks * HapticLoop::IDLE_TICKS as f32 <= 1.5e3 => words.say("hand-rests"),
             Some((ticks, _)) => format!("{} kHz", words.number(f64::from(ticks * 1e-6 * asked_hz), 2)),
         };
-        format!("{rate}, {}", granted.priority.in_short())
+        let priority = match granted.priority {
+            Priority::RealTime => "priority-real-time",
+            Priority::Ordinary | Priority::Refused { .. } => "priority-ordinary",
+        };
+        format!("{rate}, {}", words.say(priority))
     }
 }
 

@@ -171,13 +171,24 @@ impl Guidance {
         }
     }
 
+    /// Whether what is recorded is a line of the panel, without which nobody would see that something is.
+    fn shows_record(&self) -> bool {
+        self.teaches && self.part != Part::Student
+    }
+
     /// Begins to record the own hand, or keeps what was recorded.
     pub(in crate::window) fn record(&mut self) {
+        if !self.shows_record() {
+            return;
+        }
         self.wishes.push(if self.shown.is_recording { GuideCommand::Keep } else { GuideCommand::Record });
     }
 
     /// Shows what was recorded, or the own hand again.
     pub(in crate::window) fn play(&mut self) {
+        if !self.shows_record() {
+            return;
+        }
         let plays = self.shown.played_s.is_some();
         self.wishes.push(if plays { GuideCommand::Halt } else { GuideCommand::Play(self.speed) });
     }
@@ -201,7 +212,7 @@ impl Guidance {
             return;
         }
         let title = RichText::new(words.say("guidance")).strong();
-        if self.teaches && self.part != Part::Student {
+        if self.shows_record() {
             // folded as long as there is nobody to guide
             let is_alone = self.students.is_empty();
             let header = egui::CollapsingHeader::new(title).id_salt(("guidance", is_alone)).default_open(!is_alone);

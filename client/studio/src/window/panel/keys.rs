@@ -3,7 +3,7 @@
 //! Owns what is said of them; what they do is the window's.
 //! Invariant: every key that the window takes stands here.
 
-use egui::{Align2, RichText};
+use egui::{Align2, Grid, RichText, ScrollArea, vec2};
 
 use crate::words::Words;
 
@@ -42,13 +42,17 @@ const KEYS: [(&str, &str); 27] = [
 pub(super) fn show(context: &egui::Context, words: &Words) {
     let window = egui::Window::new(words.say("keys")).id(egui::Id::unique("keys"));
     window.anchor(Align2::RIGHT_TOP, [-12.0, 12.0]).resizable(false).show(context, |ui| {
-        egui::Grid::new("table").show(ui, |ui| {
-            for (key, effect) in KEYS {
-                let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
-                ui.label(RichText::new(key).monospace());
-                ui.label(words.say(effect));
-                ui.end_row();
-            }
+        // above the line of figures at the foot of the window, below the title
+        let room = context.content_rect().size() - vec2(40.0, 90.0);
+        ScrollArea::both().max_width(room.x).max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+            Grid::new("table").show(ui, |ui| {
+                for (key, effect) in KEYS {
+                    let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
+                    ui.label(RichText::new(key).monospace());
+                    ui.label(words.say(effect));
+                    ui.end_row();
+                }
+            });
         });
     });
 }
