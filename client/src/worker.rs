@@ -130,6 +130,8 @@ pub struct Worker {
     way_back: WayBack,
     /// Whether view and hand still have the clay of the connection before, until this one's is whole.
     is_coming: bool,
+    /// Since when the person has been leaving.
+    leaving: Option<Instant>,
     records: bool,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
@@ -182,6 +184,7 @@ impl Worker {
             rebase_after: Instant::now(),
             way_back,
             is_coming,
+            leaving: None,
             records,
             first_recorded: None,
             last_recorded: None,
@@ -203,7 +206,6 @@ impl Worker {
         let mut fetch = tokio::time::interval(FETCH_EVERY);
         fetch.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let (mut fetches, mut empty) = (0_u32, 0_u32);
-        let mut leaving: Option<Instant> = None;
         loop {
             tokio::select! {
                 // the rarest first, so that nothing starves, and always in this order, so that a run repeats from its seed
@@ -245,7 +247,7 @@ impl Worker {
                     }
                     Arrival::StreamEnded => break Link::Closed,
                 },
-                command = self.commands.recv(), if leaving.is_none() => match command {
+                command = self.commands.recv(), if self.leaving.is_none() => match command {
                     Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
                     Some(Command::Clay(material)) => self.session.request(&Request::Clay { clay: material.into() }),
                     Some(Command::Bring(tool)) => if let Err(error) = self.session.bring(&tool) {
@@ -262,7 +264,7 @@ impl Worker {
                     }
                     Some(Command::Order(order)) => self.session.request(&Request::Order(order)),
                     Some(Command::Leave) | None => {
-                        leaving.get_or_insert(Instant::now());
+                        self.leaving.get_or_insert(Instant::now());
                     }
                 },
             }
@@ -270,7 +272,7 @@ impl Worker {
             if let Err(link) = self.hand_on().await {
                 break link;
             }
-            if leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
+            if self.leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
                 break self.say_goodbye().await;
             }
         }

@@ -35,6 +35,10 @@ impl Worker {
 
     /// Comes back after the connection ended so; how it stands when that cannot be.
     pub(super) async fn come_back(&mut self, link: Link) -> Result<(), Link> {
+        if self.leaving.is_some() {
+            // nobody is there to come back, and the seat is given up when the line has been still for long enough
+            return Err(link);
+        }
         let session = &mut self.session;
         hear_the_rest(&mut self.arriving, |frame| session.handle_control(frame).is_ok()).await;
         while let Some(event) = self.session.poll_event() {

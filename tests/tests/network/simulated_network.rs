@@ -469,6 +469,27 @@ fn who_was_cut_off_for_long_comes_back_to_the_own_seat_within_a_second() {
 }
 
 #[test]
+fn who_leaves_just_before_a_silent_line_is_given_up_is_gone_and_does_not_come_back() {
+    in_virtual_time(async {
+        let studio = Studio::open(44);
+        let person = studio.join(0, Quality::HOME, Quality::HOME, 0.3..9.0).await;
+        sleep(ms(2000)).await;
+        let (address, began) = (person.address, Instant::now());
+        studio.simulation.network.cut(address, true);
+        // what was pressed last is not confirmed yet when the line is given up, ten seconds after its last packet
+        sleep(ms(9_300)).await;
+        let leaving = tokio::spawn(person.leave());
+        sleep(ms(4_000)).await;
+        assert!(leaving.is_finished(), "it knocks for somebody who has left");
+        studio.simulation.network.cut(address, false);
+        sleep(ms(1_000)).await;
+        assert_eq!(studio.standing().await.people, 0, "{:?} after the cut", began.elapsed());
+        leaving.await.unwrap();
+        studio.simulation.server.stop().await;
+    });
+}
+
+#[test]
 fn who_is_seen_under_another_address_in_mid_stroke_keeps_session_seat_and_clay() {
     for (seed, quality) in [(71, Quality::HOME), (72, Quality::SCHOOL_WIFI), (73, BURSTS)] {
         in_virtual_time(async {
