@@ -373,9 +373,9 @@ impl Room {
             Request::Resync { .. } | Request::Mend { .. } => RESYNC_COST,
             Request::Tool { .. } => TOOL_COST,
             Request::Undo { .. } | Request::Redo { .. } | Request::NewPot { .. } => STEP_COST,
-            // what follows the first piece is as much as the wheel's grid has, and no more
             Request::Pot { piece: 0, .. } => POT_COST,
-            Request::Pot { .. } => 0,
+            // what follows the first piece is as much as the wheel's grid has, and no more
+            Request::Pot { piece, .. } => i64::from(!bench.awaits(peer, piece)),
             // for those who only look on, and those who teach
             Request::Watch { .. }
             | Request::Unwatch { .. }

@@ -146,6 +146,12 @@ impl World {
         self.potters.get_mut(&PeerId(number)).expect("a studio understands itself")
     }
 
+    /// The potter at a wheel goes home.
+    pub fn go(&mut self, number: u64) {
+        self.potters.remove(&PeerId(number));
+        self.room.handle_gone(PeerId(number));
+    }
+
     fn transmit(&mut self, now: u64) {
         while let Some(transmit) = self.room.poll_transmit() {
             let peer = transmit.to;

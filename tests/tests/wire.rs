@@ -308,8 +308,9 @@ fn inputs() -> impl Strategy<Value = Inputs> {
 }
 
 fn hand() -> impl Strategy<Value = Option<HandWire>> {
-    let hand = (any::<(u64, [i32; 3], u16, bool)>(), shape())
-        .prop_map(|((tick, centre, force_mn, draws), tool)| HandWire { tick, centre, tool, force_mn, draws });
+    let hand = (any::<(u64, [i32; 3], u16, [bool; 2])>(), shape()).prop_map(
+        |((tick, centre, force_mn, [draws, inside]), tool)| HandWire { tick, centre, tool, force_mn, draws, inside },
+    );
     prop::option::of(hand)
 }
 

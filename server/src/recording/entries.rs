@@ -76,7 +76,7 @@ pub(super) fn put_sample(out: &mut Vec<u8>, near: Tick, sample: &ToolSample) {
 }
 
 /// Appends a tile: each radius as what it is more than the one before.
-fn put_tile(out: &mut Vec<u8>, surface: u8, tile: u32, steps: &[u16]) {
+pub(super) fn put_tile(out: &mut Vec<u8>, surface: u8, tile: u32, steps: &[u16]) {
     out.push(surface);
     put_number(out, tile.into());
     put_number(out, steps.len() as u64);
@@ -285,7 +285,7 @@ impl Bytes<'_> {
         Some(mesh)
     }
 
-    fn tile(&mut self) -> Option<(u8, u32, Arc<[u16]>)> {
+    pub(super) fn tile(&mut self) -> Option<(u8, u32, Arc<[u16]>)> {
         let (surface, tile) = (self.u8()?, u32::try_from(self.number()?).ok()?);
         let mut steps = Vec::new();
         let mut step = 0_i64;

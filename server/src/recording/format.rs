@@ -1,4 +1,4 @@
-//! How a session file lies in bytes, version 2: the head of the file, and blocks with a head each.
+//! How a session file lies in bytes, version 3: the head of the file, and blocks with a head each.
 //!
 //! `server/SESSION-FILE.md` is the description; the numbers here are the same. Knows nothing of what is in a block.
 //! Invariant: every byte of a block is covered by one of its two checksums, which are compared before a number is used.
@@ -12,8 +12,10 @@ use pottery_shared::units::Tick;
 
 /// The first byte is no text, the rest shows a transfer that changed the ends of lines, as PNG's does.
 pub(super) const SIGNATURE: [u8; 8] = *b"\x89PSR\r\n\x1a\n";
-/// The newest version there is; version 1 has no replaced clay and is the same for the rest.
-pub(super) const VERSION: u32 = 2;
+/// The newest version there is; version 1 has no replaced clay, and what is older than [`VERSION_FOLDS`] no folds; they are the same for the rest.
+pub(super) const VERSION: u32 = 3;
+/// The first version whose states know how a hollow wall has folded.
+pub(super) const VERSION_FOLDS: u32 = 3;
 pub(super) const FILE_HEAD_BYTES: usize = 36;
 pub(super) const BLOCK_HEAD_BYTES: usize = 36;
 pub(super) const CHECKSUM_BYTES: usize = 4;
@@ -130,6 +132,8 @@ impl Fields<'_> {
 /// The head of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct FileHead {
+    /// Of the format.
+    pub(super) version: u32,
     pub(super) wheels: u16,
     /// Which program wrote it.
     pub(super) writer: String,
@@ -148,7 +152,7 @@ impl FileHead {
     pub(super) fn bytes(&self) -> [u8; FILE_HEAD_BYTES] {
         let mut bytes = Vec::with_capacity(FILE_HEAD_BYTES);
         bytes.extend(SIGNATURE);
-        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(self.version.to_le_bytes());
         bytes.extend(self.wheels.to_le_bytes());
         bytes.extend([0; 2]);
         let mut writer = [0; WRITER_BYTES];
@@ -162,9 +166,9 @@ impl FileHead {
     pub(super) fn read(bytes: &[u8]) -> Result<Self, FileFault> {
         let rest = bytes.strip_prefix(&SIGNATURE).ok_or(FileFault::NotASession)?;
         let (version, _) = rest.split_first_chunk().ok_or(FileFault::NotASession)?;
-        match u32::from_le_bytes(*version) {
-            1..=VERSION => {}
-            version => return Err(FileFault::Version(version)),
+        let version = u32::from_le_bytes(*version);
+        if !(1..=VERSION).contains(&version) {
+            return Err(FileFault::Version(version));
         }
         let bytes: &[u8; FILE_HEAD_BYTES] = bytes.first_chunk().ok_or(FileFault::NotASession)?;
         let (sealed, checksum) = bytes.split_at(FILE_HEAD_BYTES - CHECKSUM_BYTES);
@@ -180,7 +184,7 @@ impl FileHead {
         if wheels == 0 || zero != 0 || !is_text {
             return Err(FileFault::Meaningless("head"));
         }
-        Ok(Self { wheels, writer: String::from_utf8_lossy(writer).into_owned() })
+        Ok(Self { version, wheels, writer: String::from_utf8_lossy(writer).into_owned() })
     }
 }
 

@@ -169,7 +169,7 @@ impl<R: Read + Seek> Recording<R> {
         let plain = unpack(&head, &packed).ok_or(meaningless("packing"))?;
         match head.kind {
             Kind::State => {
-                let state = state::read(head.first, &plain).ok_or(meaningless("state"))?;
+                let state = state::read(self.head.version, head.first, &plain).ok_or(meaningless("state"))?;
                 Ok(vec![(head.first, Happening::State(Box::new(state)))])
             }
             Kind::Entries => read_entries(&plain, head.first, head.last).ok_or(meaningless("list of what happened")),

@@ -9,7 +9,8 @@ use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::ToolSample;
 use pottery_shared::units::{Metres, Tick};
 
-use super::entries::{Bytes, put_clay, put_mesh, put_number, put_sample, put_signed};
+use super::entries::{Bytes, put_clay, put_mesh, put_number, put_sample, put_signed, put_tile};
+use super::format::VERSION_FOLDS;
 
 /// The bytes of a state at a tick.
 pub(super) fn write(tick: Tick, state: &WheelState) -> Vec<u8> {
@@ -33,6 +34,10 @@ pub(super) fn write(tick: Tick, state: &WheelState) -> Vec<u8> {
             put_sample(&mut out, tick, sample);
         }
     }
+    put_number(&mut out, state.folds.len() as u64);
+    for (surface, tile, steps) in &state.folds {
+        put_tile(&mut out, *surface, *tile, steps);
+    }
     out.extend(state.pot.planes());
     out
 }
@@ -54,8 +59,8 @@ fn write_conditions(out: &mut Vec<u8>, tick: Tick, conditions: &Conditions) {
     }
 }
 
-/// The state in the bytes of a block of that tick.
-pub(super) fn read(tick: Tick, bytes: &[u8]) -> Option<WheelState> {
+/// The state in the bytes of a block of that tick, in a file of that version.
+pub(super) fn read(version: u32, tick: Tick, bytes: &[u8]) -> Option<WheelState> {
     let mut bytes = Bytes(bytes);
     let [columns, rows] = [u32::from_le_bytes(bytes.array()?), u32::from_le_bytes(bytes.array()?)];
     let shape = GridShape::new(columns, rows).ok()?;
@@ -72,8 +77,10 @@ pub(super) fn read(tick: Tick, bytes: &[u8]) -> Option<WheelState> {
     let conditions = Conditions { wheel: wheel(&mut bytes, tick)?, material: material(&mut bytes, tick)?, method };
     let brought = (0..bytes.count(3)?).map(|_| Some((bytes.u8()?, bytes.mesh()?))).collect::<Option<_>>()?;
     let people = people(&mut bytes, tick)?;
+    let tiles = if version >= VERSION_FOLDS { bytes.count(3)? } else { 0 };
+    let folds = (0..tiles).map(|_| bytes.tile()).collect::<Option<_>>()?;
     let pot = PotRecord::of_planes(spec, bytes.0).ok()?;
-    Some(WheelState { pot, conditions, brought, people })
+    Some(WheelState { pot, folds, conditions, brought, people })
 }
 
 fn wheel(bytes: &mut Bytes<'_>, tick: Tick) -> Option<Wheel> {

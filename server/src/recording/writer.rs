@@ -10,7 +10,7 @@ use pottery_shared::room::{Entry, Happening};
 use pottery_shared::units::Tick;
 
 use super::entries::EntryWriter;
-use super::format::{FileHead, Kind, block};
+use super::format::{FileHead, Kind, VERSION, block};
 use super::state;
 
 /// Bytes after which a block is long enough.
@@ -39,7 +39,7 @@ impl<W: Write> RecordingWriter<W> {
     /// What the system says.
     pub fn begin(mut out: W, wheels: u16) -> io::Result<Self> {
         let writer = concat!("pottery ", env!("CARGO_PKG_VERSION")).replace(' ', "-");
-        out.write_all(&FileHead { wheels, writer }.bytes())?;
+        out.write_all(&FileHead { version: VERSION, wheels, writer }.bytes())?;
         Ok(Self { out, number: 0, last: Tick(0) })
     }
 

@@ -217,7 +217,7 @@ impl Guide {
         let limits = Limits {
             force_n: (Self::FORCE_SHARE * specs.peak_force_n).min(lasting_n),
             stiffness_n_m,
-            damping_ns_m: (0.5 * left_ns_m).clamp(0.0, specs.damping_max_ns_m),
+            damping_ns_m: (0.5 * left_ns_m).min(specs.damping_max_ns_m).max(0.0),
             leading_ns_m: Tank::LEADING_NS_M.min(0.8 * specs.damping_max_ns_m),
             yields_m_n,
         };

@@ -107,8 +107,10 @@ fn column_before(surface: &Surface, centre_m: Vec3) -> u32 {
     surface.shape().wrap(libm::roundf(angle_rad / surface.shape().column_angle_rad()) as i64)
 }
 
-/// The rows within a sphere's reach.
+/// The rows within a sphere's reach, as a press finds them.
 fn rows_beside(surface: &Surface, centre_z_m: f32, radius_m: f32) -> core::ops::Range<u32> {
-    let row = |z_m: f32| (z_m / surface.row_height_m()).clamp(0.0, surface.shape().rows() as f32) as u32;
-    row(centre_z_m - radius_m)..row(centre_z_m + radius_m)
+    let (row_m, rows) = (surface.row_height_m(), surface.shape().rows() as f32);
+    let first = libm::ceilf((centre_z_m - radius_m) / row_m).clamp(0.0, rows);
+    let last = libm::floorf((centre_z_m + radius_m) / row_m).clamp(-1.0, rows - 1.0);
+    first as u32..(last + 1.0) as u32
 }

@@ -41,6 +41,8 @@ pub struct HandWire {
     pub force_mn: u16,
     /// Whether it draws a line on the student's pot.
     pub draws: bool,
+    /// Whether it works inside of the pot.
+    pub inside: bool,
 }
 
 /// Why a student is guided no longer.

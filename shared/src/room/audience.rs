@@ -1,7 +1,8 @@
 //! Those who look on: what each of them watches, and what fits into the bytes that each may get.
 //!
 //! Owns budgets and priorities; the clay comes from the benches' views, made once for everybody.
-//! Invariant: over any time, one gets no more than its budget for that time, a quarter of a second's more, and one message.
+//! Invariant: over any time, one gets no more than its budget for that time, a quarter of a second's more, and one message; the tools that
+//! people brought, with which a close look begins, come on top.
 
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;

@@ -40,7 +40,7 @@ const NOTICE_TICKS: i64 = 200;
 /// Settings change at multiples of this many ticks only, so that however often they are asked for, a wheel remembers
 /// every change within the time for which samples are taken.
 const SETTINGS_EVERY: u64 = 50;
-/// Ticks between two notices of a setting: a part of the step of changes, so that one notice holds one change.
+/// Ticks between two notices of settings: a part of the step of changes, so that they hold two of them at most.
 const TELL_EVERY: u64 = 10;
 /// Samples of one tool done in one tick when they come late.
 const CATCH_UP_MAX: usize = 8;
@@ -98,7 +98,7 @@ pub(super) struct Bench {
     author: Author,
     touched: Touched,
     conditions: Conditions,
-    /// First tick of the latest change that was not told yet.
+    /// First ticks of settings that nobody was told of yet.
     untold_wheel: Option<Tick>,
     untold_clay: Option<Tick>,
     substep: SubStep,
@@ -225,6 +225,7 @@ impl Bench {
         people.sort_unstable_by_key(|(client, _)| *client);
         WheelState {
             pot: PotRecord::of(&self.pot),
+            folds: self.folds(),
             conditions: self.conditions.clone(),
             brought: self.brought.clone(),
             people,
@@ -324,7 +325,7 @@ impl Bench {
     pub(super) fn set_wheel_speed(&mut self, speed: Rpm, now: Tick) {
         let (from, rate) = (change_after(now), Wheel::rate_of(speed));
         self.conditions.wheel.schedule(from, rate);
-        self.untold_wheel = Some(from);
+        self.untold_wheel.get_or_insert(from);
         self.history.set(Setting::Wheel(from, rate), &self.conditions);
         self.note(now, Happening::Wheel { from, rate });
     }
@@ -332,7 +333,7 @@ impl Bench {
     pub(super) fn set_clay(&mut self, clay: ClayWire, now: Tick) {
         let (from, clay) = (change_after(now), clay.into());
         self.conditions.material.set(from, clay);
-        self.untold_clay = Some(from);
+        self.untold_clay.get_or_insert(from);
         self.history.set(Setting::Clay(from, clay), &self.conditions);
         self.note(now, Happening::Clay { from, clay });
     }
@@ -359,15 +360,17 @@ impl Bench {
         outbox.push_back(Transmit { to: peer, lane: Lane::Control(Peer::notice(&answer)) });
     }
 
-    /// Tells everybody what was set since the last time: the last word alone, so that many who ask are told little.
+    /// Tells everybody what was set since the last time: of each tick the last word alone, so that many who ask are told little.
     fn tell_settings(&mut self, outbox: &mut Outbox) {
-        if let Some(from) = self.untold_wheel.take() {
-            let rate = self.conditions.wheel.rate(from);
-            self.tell_all(NewsOf::Wheel { from: from.0, rate }, outbox);
+        if let Some(first) = self.untold_wheel.take() {
+            let untold = self.conditions.wheel.segments().filter(|(from, ..)| *from >= first);
+            let news: Vec<_> = untold.map(|(from, _, rate)| NewsOf::Wheel { from: from.0, rate }).collect();
+            news.into_iter().for_each(|news| self.tell_all(news, outbox));
         }
-        if let Some(from) = self.untold_clay.take() {
-            let clay = self.conditions.material.at(from).into();
-            self.tell_all(NewsOf::Clay { from: from.0, clay }, outbox);
+        if let Some(first) = self.untold_clay.take() {
+            let untold = self.conditions.material.entries().filter(|(from, _)| *from >= first);
+            let news: Vec<_> = untold.map(|(from, clay)| NewsOf::Clay { from: from.0, clay: clay.into() }).collect();
+            news.into_iter().for_each(|news| self.tell_all(news, outbox));
         }
     }
 

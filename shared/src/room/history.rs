@@ -135,6 +135,10 @@ impl History {
                 self.anew = None;
                 return Ok(());
             }
+            Step::Back if self.recall.as_ref().is_some_and(|recall| recall.is_of(client)) => {
+                self.recall = None;
+                return Ok(());
+            }
             Step::Back => self.strokes.undo(client, held)?,
             Step::Forth => self.strokes.redo(client)?,
             Step::Anew(Anew::Form(Some(form))) if form.check_clay_of(pot).is_err() => return Err(NoStep::NoPot),
@@ -200,7 +204,7 @@ impl History {
                 formed.map_or_else(|| self.first.clone(), |formed| KeptClay::of(&formed))
             }
         };
-        let span = self.log.put(Setting::Put(client, tick, new.clone()), tick);
+        let span = self.log.put(Setting::Put(client, tick, new.clone(), new.unshared_bytes(&self.first)), tick);
         self.strokes.note_put(client, tick, span);
         new.lay_on(&mut pot, &mut self.since_mark);
         Some(pot)

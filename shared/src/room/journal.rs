@@ -20,6 +20,9 @@ use crate::units::Tick;
 pub struct WheelState {
     /// The clay, as the newest snapshot has it.
     pub pot: PotRecord,
+    /// What a hollow wall remembers of its folds, which no record of its skins has, in tiles as those of [`Happening::Replaced`]; where it has
+    /// never folded, none.
+    pub folds: Vec<(u8, u32, Arc<[u16]>)>,
     /// Wheel, material and method.
     pub conditions: Conditions,
     /// The tools that people brought, with their ascending numbers in the rack.

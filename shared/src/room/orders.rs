@@ -8,7 +8,7 @@ use crate::clay::Form;
 use crate::protocol::{NoOrder, Notice, Order, PotOf, Role, TeacherToken};
 use crate::session::Peer;
 use crate::snapshot::KeptClay;
-use crate::units::Rpm;
+use crate::units::{Rpm, Tick};
 
 impl Room {
     /// Carries out an order.
@@ -62,7 +62,13 @@ impl Room {
                 self.put_pots(client, places, of)?;
             }
             Order::GoBack { wheel, to } => {
-                for place in self.wheels_meant(wheel)? {
+                let places = self.wheels_meant(wheel)?;
+                // all of them or none
+                let newest = self.benches[places.clone()].iter().map(|bench| bench.history().oldest()).max();
+                if let Some(Tick(oldest)) = newest.filter(|oldest| *oldest > Tick(to)) {
+                    return Err(NoOrder::TooLongAgo { oldest });
+                }
+                for place in places {
                     self.benches[place].go_back(client, to)?;
                     self.make_busy(place);
                 }

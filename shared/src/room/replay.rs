@@ -90,7 +90,7 @@ impl Replay {
     /// A wheel that stands as it stood after `tick`.
     ///
     /// # Errors
-    /// [`ReplayError`] for tools that nobody could bring.
+    /// [`ReplayError`] for tools that nobody could bring, or folds of a pot that has none.
     pub fn starting_from(tick: Tick, state: &WheelState) -> Result<Self, ReplayError> {
         let mut pot = Pot::new(*state.pot.spec()).expect("the specification was checked with the record");
         let author = Author::starting_from(&mut pot, &state.pot);
@@ -109,6 +109,8 @@ impl Replay {
         for (shape, mesh) in &state.brought {
             replay.hang(*shape, mesh)?;
         }
+        replay.replace(&state.folds)?;
+        replay.author.publish_untold(&mut replay.pot, &mut replay.touched, Moment::default());
         Ok(replay)
     }
 

@@ -89,9 +89,7 @@ impl ClassView {
                 if told.is_empty() {
                     self.progress.clear();
                 }
-                for told in &told {
-                    self.progress.insert(told.wheel, Progress::of(told)?);
-                }
+                self.progress.extend(told.iter().filter_map(|told| Some((told.wheel, Progress::of(told)?))));
                 Some(ClassEvent::Progress)
             }
             _ => None,

@@ -8,7 +8,7 @@ use super::{RemoteTool, runs};
 use crate::clay::Target;
 use crate::haptics::{Guidance, GuidanceMode};
 use crate::protocol::{GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, Notice, TargetWire, ToolWire};
-use crate::tool::Position;
+use crate::tool::{Position, Side};
 use crate::units::Tick;
 
 /// Step in which a profile's radii travel, m: a quarter of a metre fits into sixteen bits.
@@ -60,7 +60,8 @@ pub fn hand_wire(hand: &GuidingHand) -> HandWire {
     let RemoteTool { tool, orientation, centre: Position(centre), .. } = hand.tool;
     let tool = runs::shape_of(tool, orientation);
     let force_mn = libm::roundf(hand.force_n * 1e3) as u16;
-    HandWire { tick: hand.tick.0, centre, tool, force_mn, draws: hand.draws }
+    let inside = hand.tool.side == Side::Inside;
+    HandWire { tick: hand.tick.0, centre, tool, force_mn, draws: hand.draws, inside }
 }
 
 /// Ticks of a room that has been open for thousands of years: there is none.
@@ -72,9 +73,9 @@ pub fn hand_of(client: u16, wire: &HandWire) -> Option<GuidingHand> {
     if wire.tick > TICK_MAX {
         return None;
     }
-    let HandWire { centre, tool, draws: touching, .. } = *wire;
+    let HandWire { centre, tool, draws: touching, inside, .. } = *wire;
     // it is shown and presses nothing
-    let tool = remote_tool(&ToolWire { client, centre, tool, touching, inside: false })?;
+    let tool = remote_tool(&ToolWire { client, centre, tool, touching, inside })?;
     let force_n = f32::from(wire.force_mn) * 1e-3;
     Some(GuidingHand { tick: Tick(wire.tick), tool, force_n, draws: wire.draws })
 }

@@ -35,6 +35,8 @@ pub struct Watched {
     course: Course,
     /// Whether the first keyframe has come.
     is_whole: bool,
+    /// When it did.
+    whole_at: Duration,
     tick: Tick,
     wheel: Wheel,
     tools: Vec<RemoteTool>,
@@ -80,6 +82,7 @@ impl Watched {
             assembly: Assembly::default(),
             course: Course::default(),
             is_whole: false,
+            whole_at: Duration::ZERO,
             tick: Tick(0),
             wheel: Wheel::default(),
             tools: Vec::new(),
@@ -190,6 +193,13 @@ impl Watched {
         self.is_whole
     }
 
+    /// Whether it can take the place of one that shows the clay of a tick. One that is told by what was pressed is of the last press; where
+    /// nobody presses it never becomes as new as that, and is as good once it has had time to hear of more.
+    pub(super) fn has_come(&self, shown: Tick, now: Duration, round_trip: Duration) -> bool {
+        let has_heard_all = || !self.is_behind() && now >= self.whole_at + round_trip + ASK_AGAIN_AFTER;
+        self.is_whole && (self.tick >= shown || has_heard_all())
+    }
+
     /// Whether newer clay is known of than is held, or what is held is otherwise than it should be.
     pub(super) fn is_behind(&self) -> bool {
         self.course.latest() > self.replica.version() || self.mending.is_waiting()
@@ -214,7 +224,9 @@ impl Watched {
         let Keyframe { bytes, goes_on, .. } = keyframe;
         match self.replica.apply_keyframe(version, since, bytes, *goes_on, &mut self.news) {
             Ok(()) => {
-                self.is_whole = true;
+                if !self.is_whole {
+                    (self.is_whole, self.whole_at) = (true, now);
+                }
                 self.ask = None;
                 self.mending.handle_keyframe(keyframe.mended);
                 self.tick = self.tick.max(Tick(keyframe.tick)).min(self.course.tick());

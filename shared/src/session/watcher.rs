@@ -334,6 +334,8 @@ impl Watcher {
                 }
                 place.turn();
             }
+            // whoever looks on has no hand to be guided or to guide with
+            Notice::Guidance(_) | Notice::GuidanceEnded(_) | Notice::NoGuidance(_) => {}
             notice => {
                 let known = self.class.handle(notice);
                 known.ok_or(protocol::ProtocolError::Malformed { bytes: frame.len() })?;
@@ -374,25 +376,32 @@ impl Watcher {
     fn catch_up(&mut self, name: SightName, now: Duration) {
         let round_trip = self.round_trip;
         let Some(place) = self.places.get_mut(&name.wheel) else { return };
-        let Place { shown, coming, past, setting } = place;
+        let Place { shown, coming, setting, .. } = place;
         let watched = shown.iter_mut().chain(coming.iter_mut()).find(|sight| sight.name() == name);
         let Some(watched) = watched else { return };
         let request = watched.catch_up(setting.as_mut(), now, round_trip);
         let is_unlike = request.is_some() && watched.counts().unlike > 0;
+        if let Some(request) = request {
+            self.request(&request);
+        }
+        self.change_over(name.wheel, now);
+        if is_unlike && self.counts().unlike >= UNLIKE_MAX {
+            self.set_keeps_up(false, now);
+        }
+    }
+
+    /// Shows what comes in place of what was shown, once it can.
+    fn change_over(&mut self, wheel: u16, now: Duration) {
+        let round_trip = self.round_trip;
+        let Some(Place { shown, coming, past, .. }) = self.places.get_mut(&wheel) else { return };
         let shown_tick = shown.as_ref().map_or(Tick(0), Watched::tick);
-        let gone = coming.take_if(|coming| coming.is_whole() && coming.tick() >= shown_tick).and_then(|mut come| {
+        let gone = coming.take_if(|coming| coming.has_come(shown_tick, now, round_trip)).and_then(|mut come| {
             come.note_all_changed();
             *past = None;
             shown.replace(come)
         });
-        if let Some(request) = request {
-            self.request(&request);
-        }
         if let Some(gone) = gone {
             self.give_up(&gone);
-        }
-        if is_unlike && self.counts().unlike >= UNLIKE_MAX {
-            self.set_keeps_up(false, now);
         }
     }
 
@@ -407,6 +416,9 @@ impl Watcher {
         let waiting = self.places.values_mut().flat_map(Place::sights).filter(|sight| sight.is_behind());
         for name in waiting.map(|sight| sight.name()).collect::<Vec<_>>() {
             self.catch_up(name, now);
+        }
+        for wheel in self.places.keys().copied().collect::<Vec<_>>() {
+            self.change_over(wheel, now);
         }
         let mut requests = Vec::new();
         for sight in self.places.values_mut().flat_map(Place::sights) {

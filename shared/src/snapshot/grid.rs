@@ -229,9 +229,11 @@ impl QuantisedGrid {
     }
 }
 
-/// The grids of an untouched pot, whose radii are rounded to the quantum.
+/// The grids of an untouched pot, whose radii are rounded to the quantum; what is no skin always has the finest.
 pub(super) fn untouched_grids(pot: &mut Pot, quantum: Quantum) -> Vec<QuantisedGrid> {
-    let round = |surface: &mut Surface| {
+    let skins = pot.spec().skins();
+    let round = |(number, surface): (usize, &mut Surface)| {
+        let quantum = if number < skins { quantum } else { Quantum::FINEST };
         let grid = QuantisedGrid::untouched(surface.shape(), surface.radii_m()[0], quantum);
         for column in 0..surface.shape().columns() {
             for row in 0..surface.shape().rows() {
@@ -241,7 +243,7 @@ pub(super) fn untouched_grids(pot: &mut Pot, quantum: Quantum) -> Vec<QuantisedG
         surface.take_as_untouched();
         grid
     };
-    pot.surfaces_mut().iter_mut().map(round).collect()
+    pot.surfaces_mut().iter_mut().enumerate().map(round).collect()
 }
 
 /// Rounds a window's radii to the quantum and says their steps, column by column.

@@ -1,7 +1,7 @@
 //! A second chain of the same clay: coarser, rarer or of a part of the tiles, for those who need no more.
 //!
 //! Follows an author and changes no clay. When it publishes and for whom is the room's affair.
-//! Invariant: its elements hold the mean of the author's at its last snapshot, rounded to its own quantum.
+//! Invariant: its elements hold the mean of the author's at its last snapshot, rounded to its own quantum; what is no skin is as the author has it.
 
 use alloc::vec::Vec;
 
@@ -74,15 +74,16 @@ impl Tier {
     /// Takes a snapshot of what the author's newest holds; `None` when nothing changed by a quantum.
     pub fn publish(&mut self, author: &Author, now: Moment) -> Option<Delta> {
         let is_for_all_rows = core::mem::take(&mut self.has_newcomer);
-        let quantum = self.detail.quantum();
         for (surface, source) in author.publisher.grids().iter().enumerate() {
-            let layout = self.publisher.grids()[surface].layout();
+            let grid = &self.publisher.grids()[surface];
+            let (layout, quantum) = (grid.layout(), grid.quantum());
             let blocks = Blocks { fine: source.layout().shape(), coarse: layout.shape() };
             let is_newer = |of: u32| author.publisher.version_of(surface, of) > self.seen;
             for tile in 0..layout.tiles() {
                 let window = layout.window(tile);
                 // what was left out so far may be of any age
-                let is_due = match self.detail.band().holds(tile % layout.tile_rows()) {
+                let is_shown = surface >= SKINS || self.detail.band().holds(tile % layout.tile_rows());
+                let is_due = match is_shown {
                     true => blocks.any_tile(window, source, is_newer),
                     false => is_for_all_rows,
                 };
@@ -166,10 +167,13 @@ const fn part(at: u32, coarse: u32, fine: u32) -> core::ops::Range<u32> {
 }
 
 impl QuantisedGrid {
-    /// The same surface untouched, at a detail; what is no skin keeps its grid.
+    /// The same surface untouched, at a detail; what is no skin keeps its grid and its quantum.
     fn coarse_untouched(&self, is_skin: bool, detail: Detail) -> Self {
-        let shape = self.layout().shape();
-        let shape = if is_skin { detail.grid_of(shape) } else { shape };
-        Self::untouched(shape, self.quantum().radius_m(self.initial()), detail.quantum())
+        let (shape, untouched_m) = (self.layout().shape(), self.quantum().radius_m(self.initial()));
+        if is_skin {
+            Self::untouched(detail.grid_of(shape), untouched_m, detail.quantum())
+        } else {
+            Self::untouched(shape, untouched_m, self.quantum())
+        }
     }
 }

@@ -263,6 +263,28 @@ fn seeking_in_a_hollow_pot_is_playing_through() {
 }
 
 #[test]
+fn a_wall_that_has_folded_is_told_anew_with_its_folds() {
+    let mut studio = Studio::open(Room::new(config(MethodKind::Plastic, 48, 40)).unwrap());
+    let (ball, place) = (Sphere::new(Metres::from_mm(12.0)).unwrap(), Vec3::new(0.066, 0.0, 0.1));
+    // half a minute after the first state there is another
+    for now in 0..31_000 {
+        if now == 5 {
+            studio.join(0, 1);
+        }
+        studio.step(|_, now| (200..1000).contains(&(now % 10_000)).then_some((ball.into(), place)));
+    }
+    let (bytes, stood, room) = studio.close();
+    assert!(room.pot(0).unwrap().folded_m(0.0, 0.1) > 1e-4, "{} m", room.pot(0).unwrap().folded_m(0.0, 0.1));
+    let mut playback = played(&bytes, 0);
+    playback.advance(room.now()).unwrap();
+    assert_eq!(playback.replay().comparison().first_unlike, None);
+    for at in [30_990, 500, 30_500] {
+        playback.seek(Tick(at)).unwrap();
+        assert_eq!(playback.replay().pot().digest(), stood[at as usize][0], "tick {at}");
+    }
+}
+
+#[test]
 fn nobody_is_at_a_wheel_once_the_studio_was_closed() {
     let (bytes, stood, room) = session(Room::new(config(MethodKind::Plastic, 48, 40)).unwrap(), 3600);
     for (wheel, people) in [(0, 3), (1, 1)] {
@@ -352,7 +374,7 @@ fn files_of_others_are_refused_with_the_reason() {
     assert!(matches!(open(b"\x89POT\r\n\x1a\n and more of the kind"), RecordingError::NotASession));
     let mut later = bytes.clone();
     later[8] = 7;
-    assert!(matches!(open(&later), RecordingError::FromTheFuture { version: 7, newest: 2 }));
+    assert!(matches!(open(&later), RecordingError::FromTheFuture { version: 7, newest: 3 }));
     let nowhere = Playback::begin(Recording::open(Cursor::new(&bytes)).unwrap(), 2).map(drop).unwrap_err();
     assert!(matches!(nowhere, RecordingError::Wheel { wheel: 3, wheels: 2 }));
     // a block that was taken out whole

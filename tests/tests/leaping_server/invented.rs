@@ -97,8 +97,14 @@ impl Invented {
             (Some(_), _) => {
                 let centre = [9000, 0, 9000];
                 let shape = ShapeWire::Sphere { radius_um: 12_000 };
-                let hand =
-                    |tick| HandWire { tick: beside(honest.tick, tick), centre, tool: shape, force_mn: 0, draws: false };
+                let hand = |tick| HandWire {
+                    tick: beside(honest.tick, tick),
+                    centre,
+                    tool: shape,
+                    force_mn: 0,
+                    draws: false,
+                    inside: false,
+                };
                 let head = PulseHead { acknowledged, slack: self.slack, teacher: self.hand_tick.map(hand) };
                 protocol::encode(&Pulse { head, body })
             }

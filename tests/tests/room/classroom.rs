@@ -562,6 +562,11 @@ fn going_back_is_a_step_that_can_be_taken_back_and_overwrites_nothing() {
         class.pass(1500, &[]);
         assert_eq!(class.digest(0), last, "and the lesson goes on from where it was");
     }
+    // taken back before it has come, nothing comes and nothing else is undone
+    assert_eq!(class.order(1, Order::GoBack { wheel: 1, to: seen[1].0 }), None);
+    assert_eq!(class.order(1, Order::TakeBack { wheel: 1 }), None);
+    class.pass(1500, &[]);
+    assert_eq!(class.digest(0), last);
     // what is undone stays undone at the time that is gone back to, and others press on meanwhile
     class.pass(1, &[]);
     class.line(2);
@@ -598,6 +603,46 @@ fn a_wheel_remembers_no_farther_than_it_says() {
     assert!(oldest > 0);
     assert_eq!(class.order(1, Order::GoBack { wheel: 1, to: oldest - 1 }), Some(NoOrder::TooLongAgo { oldest }));
     assert_eq!(class.order(1, Order::GoBack { wheel: 1, to: oldest }), None);
+}
+
+#[test]
+fn where_one_of_all_wheels_does_not_remember_a_time_none_goes_back_to_it() {
+    let mut class = Class::open();
+    class.teacher(1, 2);
+    class.student(2, 1);
+    class.pass(250, &[(2, dent(0.1))]);
+    for _ in 0..2 {
+        class.pass(250, &[(1, dent(0.1))]);
+        class.pass(300, &[]);
+        class.now += 620_000;
+        class.pass(100, &[]);
+    }
+    class.pass(250, &[(1, dent(0.05)), (2, dent(0.05))]);
+    class.pass(600, &[]);
+    let [first, second] = [0, 1].map(|wheel| class.class(1).wheels[wheel].oldest);
+    assert!(first < second, "{first}, {second}");
+    let stood = [0, 1, 2].map(|wheel| class.digest(wheel));
+    let order = Order::GoBack { wheel: 0, to: second - 1 };
+    assert_eq!(class.order(1, order), Some(NoOrder::TooLongAgo { oldest: second }));
+    class.pass(1500, &[]);
+    assert_eq!([0, 1, 2].map(|wheel| class.digest(wheel)), stood);
+}
+
+#[test]
+fn pots_that_are_put_on_a_wheel_are_forgotten_although_nobody_presses() {
+    let mut class = Class::open();
+    class.teacher(1, 1);
+    for number in 0..120 {
+        let form = if number % 2 == 0 { Form::Bowl } else { Form::Bottle };
+        let held = class.now;
+        class.ask(1, &Request::NewPot { held, form: form.number() });
+        class.pass(50, &[]);
+        class.now += 10_000;
+    }
+    class.pass(100, &[]);
+    let oldest = class.class(1).wheels[0].oldest;
+    // ten minutes, and half as long again, since marks are the rarer the older they are
+    assert!(oldest + 900_000 > class.now, "after {} ms it remembers {oldest}", class.now);
 }
 
 #[test]

@@ -22,6 +22,7 @@ const HAND: HandWire = HandWire {
     tool: ShapeWire::Sphere { radius_um: 12_000 },
     force_mn: 700,
     draws: true,
+    inside: false,
 };
 
 struct Studio {

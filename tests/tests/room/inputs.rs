@@ -526,6 +526,8 @@ proptest! {
 #[test]
 fn settings_asked_for_without_pause_do_not_turn_the_wheel_back() {
     let mut studio = Studio::with(1);
+    let Some(Said::Notice(Notice::Welcome(welcome))) = studio.said[&PeerId(0)].first() else { panic!("not let in") };
+    let [first] = &welcome.wheel.clone()[..] else { panic!("{:?}", welcome.wheel) };
     let mut known: Vec<(Tick, Phase)> = Vec::new();
     for number in 0..600 {
         let now = OPENED + number;
@@ -542,6 +544,17 @@ fn settings_asked_for_without_pause_do_not_turn_the_wheel_back() {
         studio.advance(now);
     }
     assert_eq!(known.len(), 30);
+    // who was there all the time was told of every change, and the wheel stands for both where it does
+    let mut wheel = Wheel::starting_at(Tick(first.from), Phase(first.phase), first.rate);
+    studio.advance(OPENED + 700);
+    for said in &studio.said[&PeerId(0)] {
+        if let Said::Notice(Notice::Wheel { from, rate }) = said {
+            wheel.schedule(Tick(*from), *rate);
+        }
+    }
+    let (last, newcomers) = (Tick(OPENED + 1500), told_wheel(&mut studio, 1000));
+    assert_eq!(wheel.phase(last), newcomers.phase(last));
+    assert!(known.iter().all(|&(tick, phase)| wheel.phase(tick) == phase), "it stood otherwise for them");
 }
 
 #[test]

@@ -245,9 +245,12 @@ fn target_value() -> Value {
 
 fn hand() -> (HandWire, Value) {
     let tool = ShapeWire::Sphere { radius_um: 12_000 };
-    let hand = HandWire { tick: 16_600, centre: [6500, -1, 9000], tool, force_mn: 1500, draws: true };
+    let hand = HandWire { tick: 16_600, centre: [6500, -1, 9000], tool, force_mn: 1500, draws: true, inside: true };
     let tool = json!({ "sphere": 12_000 });
-    (hand, json!({ "tick": 16_600, "centre": [6500, -1, 9000], "tool": tool, "force": 1500, "draws": true }))
+    (
+        hand,
+        json!({ "tick": 16_600, "centre": [6500, -1, 9000], "tool": tool, "force": 1500, "draws": true, "inside": true }),
+    )
 }
 
 fn guidance() -> Vec<(Notice, Value)> {

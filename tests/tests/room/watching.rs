@@ -287,6 +287,29 @@ fn who_does_not_keep_up_gets_deltas_without_a_gap_and_tries_again() {
 }
 
 #[test]
+fn a_wheel_that_everybody_has_left_is_looked_at_closely_as_any_other() {
+    let mut world = World::new(2, 20, 0.0);
+    let peer = world.look_on(0, PLENTY);
+    let mut closely_at = None;
+    for now in 1..6_000 {
+        world.step(now, now < 1000);
+        let time = Duration::from_millis(now);
+        match now {
+            100 => world.watcher(peer).watch(1, Detail::GALLERY, time),
+            2000 => world.go(1),
+            // what is seen from afar goes on being of now, and what is pressed again of the last press
+            4000 => world.watcher(peer).watch(1, Detail::RETOLD, time),
+            _ => {}
+        }
+        let shown = world.lookers[&peer].watcher.as_ref().and_then(|watcher| watcher.sight(1)).map(Watched::detail);
+        closely_at = closely_at.or((shown == Some(Detail::RETOLD)).then_some(now));
+    }
+    let made = world.room.digest(0).unwrap();
+    assert_eq!(world.watcher(peer).sight(1).unwrap().digest(), made);
+    assert!(closely_at.is_some_and(|at| at < 4_600), "{closely_at:?}");
+}
+
+#[test]
 fn who_looks_closely_hears_of_tools_that_are_brought_and_presses_with_them() {
     let mut world = World::new(1, 20, 0.0);
     let brought = rack::ball(2, Metres::from_mm(9.0)).unwrap();

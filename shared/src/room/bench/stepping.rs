@@ -4,16 +4,17 @@
 //! Invariant: clay is replaced at a snapshot and never between two, and everybody at the wheel gets it in the same one.
 
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::Bench;
 use crate::clay::Pot;
 use crate::protocol::{Notice, StepsWire};
-use crate::room::history::{History, Step};
+use crate::room::history::{Anew, History, Step};
 use crate::room::journal::Happening;
 use crate::room::{Lane, Outbox, PeerId, Transmit};
 use crate::session::Peer;
-use crate::snapshot::{TileLayout, Version, steps_of};
+use crate::snapshot::{TileLayout, Version, quantise, steps_of};
 use crate::units::Tick;
 
 /// A step that somebody asked for, to be done when everything up to a tick has been pressed.
@@ -22,6 +23,13 @@ pub(super) struct Wish {
     peer: PeerId,
     step: Step,
     held: Tick,
+}
+
+impl Wish {
+    /// Whether a peer brought clay for it.
+    pub(super) const fn is_clay_of(&self, peer: PeerId) -> bool {
+        self.peer.0 == peer.0 && matches!(self.step, Step::Anew(Anew::Clay(_)))
+    }
 }
 
 /// Most steps that wait at one time.
@@ -67,6 +75,17 @@ impl Bench {
 
     pub(in crate::room) const fn history(&self) -> &History {
         &self.history
+    }
+
+    /// The tiles of what is no skin that are not as in a pot nobody has touched.
+    pub(super) fn folds(&self) -> Vec<(u8, u32, Arc<[u16]>)> {
+        let (spec, even) = (self.pot.spec(), quantise(self.pot.spec().radius.0));
+        let folds = (0..).zip(self.pot.surfaces()).skip(spec.skins());
+        let tiles = folds.flat_map(|(number, folds)| {
+            let layout = TileLayout::new(folds.shape());
+            (0..layout.tiles()).map(move |tile| (number, tile, steps_of(folds, layout.window(tile))))
+        });
+        tiles.filter(|(_, _, steps)| steps.iter().any(|step| *step != even)).collect()
     }
 
     /// Puts other clay of the same grid in the place of the clay, in every tile that differs.

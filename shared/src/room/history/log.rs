@@ -24,8 +24,8 @@ pub(in crate::room) enum Setting {
     Clay(Tick, Material),
     /// All of them as they are, in place of many changes.
     All(Box<Conditions>),
-    /// A client puts other clay on the wheel, in a tick.
-    Put(u16, Tick, KeptClay),
+    /// A client puts other clay on the wheel, in a tick; it takes so many bytes beside what it shares with other clay that is kept.
+    Put(u16, Tick, KeptClay, usize),
 }
 
 impl Setting {
@@ -36,8 +36,7 @@ impl Setting {
         let beside = match self {
             Self::Wheel(..) | Self::Clay(..) => 0,
             Self::All(all) => 16 * (all.wheel.segments().count() + all.material.entries().count()),
-            // its tiles are those of the clay that the wheel began with
-            Self::Put(_, _, clay) => 16 * clay.tiles(),
+            Self::Put(_, _, clay, unshared) => 16 * clay.tiles() + unshared,
         };
         size_of::<Self>() + beside
     }
@@ -80,7 +79,7 @@ struct Packed {
     since: Tick,
     /// When it was packed.
     ends: Tick,
-    /// Samples in the log before it.
+    /// Samples in the log before it, or what counts as such.
     before: u64,
     /// Whether a snapshot was taken at its end.
     ends_in_snapshot: bool,
@@ -124,6 +123,9 @@ impl Log {
         &self.open
     }
 
+    /// Samples for which clay that was put on the wheel counts, so that what leads up to it is forgotten in time although nobody presses.
+    const PUT_SAMPLES: u64 = 500;
+
     /// Bytes that it takes, the open span left out.
     pub(super) const fn bytes(&self) -> usize {
         self.bytes
@@ -161,8 +163,8 @@ impl Log {
     pub(super) fn close(&mut self, now: Tick, in_snapshot: bool) {
         if self.open.transcript.pressed() > 0 {
             self.pack(now, in_snapshot);
-        } else if in_snapshot && let Some(last) = self.packed.back_mut() {
-            last.ends_in_snapshot = true;
+        } else if in_snapshot && let Some(last) = self.packed.back_mut().filter(|last| !last.ends_in_snapshot) {
+            (last.ends_in_snapshot, last.ends) = (true, now);
         }
         self.since = now;
     }
@@ -189,6 +191,7 @@ impl Log {
     pub(super) fn put(&mut self, put: Setting, now: Tick) -> u64 {
         self.open.settings.push(put);
         self.pack(now, true);
+        self.before += Self::PUT_SAMPLES;
         self.open_number() - 1
     }
 

@@ -20,6 +20,11 @@ pub(super) struct Recall {
 }
 
 impl Recall {
+    /// Whether it is that client who wants it.
+    pub(super) const fn is_of(&self, client: u16) -> bool {
+        self.client == client
+    }
+
     /// Begins again, since what it is made of has changed.
     pub(super) fn restart(&mut self) {
         self.made = None;

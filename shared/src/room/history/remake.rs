@@ -85,7 +85,7 @@ impl Remake {
             let span = if is_open { log.open() } else { self.unpacked.as_ref().unwrap_or(log.open()) };
             for setting in &span.settings[self.settings..] {
                 setting.apply(&mut self.conditions);
-                if let Setting::Put(client, tick, clay) = setting
+                if let Setting::Put(client, tick, clay, _) = setting
                     && !strokes.is_put_left_out(*client, *tick)
                 {
                     clay.lay_on(&mut self.pot, &mut self.unrounded);
