@@ -174,8 +174,9 @@ impl Ticking {
         }
         self.workers.advance(&mut self.room, Tick(due), self.started.elapsed());
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
-            tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
+            // what nobody takes over would pile up
+            self.room.end_journal();
             self.losses.has_broken_recording = true;
         }
     }
