@@ -262,6 +262,8 @@ async fn run(flags: Flags, matches: &ArgMatches) -> anyhow::Result<()> {
         let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));
         tokio::select! {
             ended = &mut stopped => break ended?,
+            // who watches this program begins it anew; people come back by themselves
+            () = server.ended() => break,
             () = next => say!("{}", server.figures().await?.to_json_line()),
         }
     }
