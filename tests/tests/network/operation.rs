@@ -17,6 +17,8 @@ use pottery_client::stroke::Stroke;
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint};
 use pottery_files::pot_file::PotFile;
 use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
+use pottery_shared::clay::{Conditions, Pot, PotSpec};
+use pottery_shared::units::Tick;
 use pottery_tests::programs::{folder, program};
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -133,6 +135,32 @@ impl Own {
     fn target(&self, wheel: u16) -> Target {
         Target::new(self.address.clone(), self.code.parse().unwrap(), wheel)
     }
+}
+
+#[test]
+fn pots_that_are_kept_and_of_another_make_than_is_asked_for_are_told_of() {
+    let data = folder("unlike");
+    let pot = Pot::new(PotSpec::default()).unwrap();
+    PotFile::of(&pot, &Conditions::default(), Tick(0)).write(&data.join("wheel-1.pot")).unwrap();
+    let logged = |flags: &[&str]| {
+        let mut command = Command::new(program("pottery-server"));
+        command.args(["--listen", "127.0.0.1:0", "--data", data.to_str().unwrap()]).args(flags);
+        let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut own = Own::new(child);
+        assert!(terminate(&mut own.child));
+        let mut log = String::new();
+        own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+        log
+    };
+    let same = logged(&[]);
+    assert!(!same.contains("gone on with"), "{same}");
+    let other = logged(&["--support", "hollow", "--method", "improved"]);
+    for words in
+        ["gone on with as they are: backed", "--fresh): hollow", "the plastic method are gone on with by the improved"]
+    {
+        assert!(other.contains(words), "{words}: {other}");
+    }
+    fs::remove_dir_all(data).unwrap();
 }
 
 /// A disk that takes a kilobyte a file and no more, as the shell limits it.
