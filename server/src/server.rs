@@ -190,7 +190,8 @@ impl Server {
         let (events, received) = mpsc::channel(1024);
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
-        let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
+        let accepting =
+            tokio::spawn(connection::accept(endpoint.clone(), config.people_max, events.clone(), doorkeeper));
         let operating =
             operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone(), *fingerprint)));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
@@ -252,12 +253,12 @@ impl Server {
         answered.await.map_err(|_| ServerError::Stopped)
     }
 
-    /// Tells everybody, waits until they heard it, and frees the port; what could not be kept, of which the log says why.
     /// Waits until the room's task has ended by itself, which it does with a fault alone; [`Server::stop`] then says so.
     pub async fn ended(&self) {
         self.events.closed().await;
     }
 
+    /// Tells everybody, waits until they heard it, and frees the port; what could not be kept, of which the log says why.
     pub async fn stop(mut self) -> Losses {
         if let Some(announcement) = self.announcement.take()
             && tokio::task::spawn_blocking(|| announcement.end()).await.is_err()

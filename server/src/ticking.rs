@@ -260,7 +260,7 @@ impl Ticking {
             Event::Control(peer, frame) => {
                 self.room.handle_control(peer, &frame);
                 self.note_wrong_codes();
-                if let Some(link) = self.links.get(&peer)
+                if let Some(link) = self.links.get_mut(&peer)
                     && self.room.is_in(peer)
                 {
                     link.let_in();

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use pottery_client::device::ScriptedDevice;
 use pottery_client::stroke::Stroke;
-use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint};
+use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_config, endpoint};
 use pottery_files::pot_file::PotFile;
 use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
@@ -332,6 +332,30 @@ async fn who_guesses_codes_is_kept_waiting_and_the_class_works_on() {
     let late = tokio::time::timeout(PATIENCE, Onlooker::join(&own, &right, 100_000)).await.unwrap().unwrap();
     late.leave().await.unwrap();
     inside.leave().await.unwrap();
+    server.stop().await;
+}
+
+/// A room for one person has 256 places for those who only knock, from wherever they come.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_only_knocks_takes_no_more_places_than_there_are_and_whoever_means_it_comes_in() {
+    const PLACES: usize = 257;
+    let server = Server::start(ServerConfig { people_max: 1, is_announced: false, ..config() }).unwrap();
+    let knocking = endpoint().unwrap();
+    let knock = || {
+        let config = client_config(server.code()).unwrap();
+        knocking.connect_with(config, server.address(), "pottery").unwrap()
+    };
+    let mut held = Vec::new();
+    for number in 0..PLACES {
+        held.push(knock().await.unwrap_or_else(|error| panic!("knock {number}: {error}")));
+    }
+    // they say nothing, and are held for ten seconds
+    assert!(tokio::time::timeout(Duration::from_millis(500), knock()).await.is_err(), "there is a place more");
+    for connection in held.drain(..) {
+        connection.close(0_u32.into(), b"");
+    }
+    press(&target(&server, 1), 0.2).await;
+    knocking.close(0_u32.into(), b"");
     server.stop().await;
 }
 
