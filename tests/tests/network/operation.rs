@@ -193,7 +193,7 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
         assert!(began.elapsed() < PATIENCE, "nobody says that the pot is not written");
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    assert!(get(operate, "/readyz").ends_with("takes people in\n"));
+    assert!(get(operate, "/readyz").ends_with("the room answers\n"));
     press(&own.target(1), 0.5).await;
     assert!(!terminate(&mut own.child), "a pot is lost");
     let mut log = String::new();
@@ -266,7 +266,7 @@ async fn operators_are_answered_on_this_machine_and_nothing_else_is() {
     let server = Server::start(ServerConfig { wheels: 3, operate, ..config() }).unwrap();
     let address = server.operated_at().unwrap();
     assert!(get(address, "/livez").starts_with("HTTP/1.1 200 OK"));
-    assert!(get(address, "/readyz").ends_with("takes people in\n"));
+    assert!(get(address, "/readyz").ends_with("the room answers\n"));
     let own = endpoint().unwrap();
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,100\n").unwrap())));
     let potter = Potter::join(&own, &target(&server, 2), device, PotterOptions::default()).await.unwrap();
