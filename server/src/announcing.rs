@@ -11,6 +11,8 @@ use pottery_shared::protocol::{Nickname, VERSION};
 
 /// The kind of service.
 const KIND: &str = "_pottery._udp.local.";
+/// Longest name of an instance, bytes: a label of DNS (RFC 1035, section 2.3.4).
+const LABEL_BYTES: usize = 63;
 /// How long a goodbye may take.
 const GOODBYE_WITHIN: Duration = Duration::from_millis(500);
 
@@ -31,6 +33,14 @@ pub(crate) fn usual_name(fingerprint: &[u8; 32]) -> String {
     Nickname(u16::from(fingerprint[0]) % 64).to_string()
 }
 
+/// The name of an instance: as much of the class's as a label takes, which is told whole beside it. Two classes of one name are told apart
+/// by their ports, and by the machine where that is not enough.
+fn instance(class: &str, port: u16) -> String {
+    let port = format!(" {port}");
+    let end = class.floor_char_boundary(LABEL_BYTES - port.len());
+    format!("{}{port}", &class[..end])
+}
+
 impl Announcement {
     /// Begins to say it, where others can hear it.
     pub(crate) fn begin(class: &str, address: SocketAddr, wheels: u16) -> Option<Self> {
@@ -48,8 +58,7 @@ impl Announcement {
 
     fn register(class: &str, address: SocketAddr, wheels: u16) -> Result<Self, mdns_sd::Error> {
         let daemon = ServiceDaemon::new()?;
-        // two classes of one name are told apart by their ports, and by the machine where that is not enough
-        let instance = format!("{class} {}", address.port());
+        let instance = instance(class, address.port());
         let host = format!("pottery-{:08x}.local.", std::process::id());
         let told = [("class", class), ("wheels", &wheels.to_string()), ("version", &VERSION.to_string())];
         let own = if address.ip().is_unspecified() { String::new() } else { address.ip().to_string() };
@@ -71,6 +80,26 @@ impl Announcement {
         }
         if let Err(error) = self.daemon.shutdown() {
             tracing::debug!(%error, "the announcement did not end well");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ServerConfig;
+
+    #[test]
+    fn every_class_has_a_label() {
+        assert_eq!(instance("Töpfern", 4747), "Töpfern 4747");
+        for sign in ["a", "ж", "陶", "🏺"] {
+            let name = instance(&sign.repeat(ServerConfig::CLASS_MAX), u16::MAX);
+            assert!(name.len() <= LABEL_BYTES && name.starts_with(sign) && name.ends_with(" 65535"), "{name}");
+            // no sign is left out that has room
+            assert!(
+                name.len() + sign.len() > LABEL_BYTES || name.chars().count() == ServerConfig::CLASS_MAX + 6,
+                "{name}"
+            );
         }
     }
 }

@@ -27,6 +27,10 @@ const FRAME_READ: usize = 2 * (CONTROL_MAX + 4096);
 /// What QUIC, TLS and the tasks hold of a connection beside: 60 to 80 kB were counted.
 const CONNECTION: usize = 256 * 1024;
 
+/// Connections that may be there without having been let in, beyond as many as the room takes people: whoever knocks while so many do
+/// waits outside. Each is gone after 15 s, let in or not.
+pub(crate) const STRANGERS: usize = 256;
+
 /// Most bytes that one connection can make the server hold: 2.4 MB.
 ///
 /// A wheel whose grid is so fine that its keyframe is longer than 128 kB makes that one keyframe more, at most

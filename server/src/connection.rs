@@ -4,14 +4,16 @@
 //! One type, `web_transport_quinn::Session`, carries every connection: today native QUIC, later browsers as well.
 //! Invariant: a connection that ends, however it does, is reported as gone.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pottery_shared::protocol::{self, FrameReader};
 use pottery_shared::room::PeerId;
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use web_transport_quinn::{RecvStream, SendStream, Session};
 
+use crate::bounds::STRANGERS;
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::input::{Kind, Share};
@@ -25,16 +27,29 @@ const GREETING_WITHIN: Duration = Duration::from_secs(5);
 /// Time in which a peer takes in the last frames.
 const GOODBYE_WITHIN: Duration = Duration::from_millis(800);
 
-/// Accepts connections until the endpoint closes.
-pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event>, doorkeeper: SharedDoorkeeper) {
+/// Accepts connections until the endpoint closes, for a room that takes so many people.
+pub(crate) async fn accept(
+    endpoint: quinn::Endpoint,
+    people_max: u16,
+    events: mpsc::Sender<Event>,
+    doorkeeper: SharedDoorkeeper,
+) {
     let mut next = 0;
+    let strangers_max = usize::from(people_max) + STRANGERS;
+    // a place for each who has not been let in, from wherever they come
+    let strangers = Arc::new(Semaphore::new(strangers_max));
     while let Some(incoming) = endpoint.accept().await {
         let address = incoming.remote_address().ip();
-        if doorkeeper.is_doubtful(address) && incoming.may_retry() {
+        let is_crowded = strangers.available_permits() < strangers_max / 2;
+        if (is_crowded || doorkeeper.is_doubtful(address)) && incoming.may_retry() {
             // a token proves the address, at the price of a round trip
             drop(incoming.retry());
             continue;
         }
+        let Ok(stranger) = Arc::clone(&strangers).try_acquire_owned() else {
+            incoming.ignore();
+            continue;
+        };
         if !doorkeeper.may_come(address) {
             // who means it knocks again by itself, and comes in when its turn has come
             incoming.ignore();
@@ -52,7 +67,7 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
             let remote = connection.remote_address();
             let session = Session::raw(connection);
             tracing::debug!(%remote, peer = peer.0, "connected");
-            serve(peer, session, &events, &doorkeeper).await;
+            serve(peer, session, stranger, &events, &doorkeeper).await;
             tracing::debug!(peer = peer.0, "disconnected");
             // the room may have closed already
             drop(events.send(Event::Gone(peer)).await);
@@ -61,11 +76,17 @@ pub(crate) async fn accept(endpoint: quinn::Endpoint, events: mpsc::Sender<Event
 }
 
 /// Reads one connection until it ends.
-async fn serve(peer: PeerId, session: Session, events: &mpsc::Sender<Event>, doorkeeper: &SharedDoorkeeper) {
+async fn serve(
+    peer: PeerId,
+    session: Session,
+    stranger: OwnedSemaphorePermit,
+    events: &mpsc::Sender<Event>,
+    doorkeeper: &SharedDoorkeeper,
+) {
     let Ok(Ok((send, receive))) = tokio::time::timeout(STREAM_WITHIN, session.accept_bi()).await else {
         return session.close(protocol::CLOSED_UNHEARD, b"no greeting");
     };
-    let (link, outgoing) = Link::new(session.clone());
+    let (link, outgoing) = Link::new(session.clone(), stranger);
     let is_in = link.is_in();
     let [datagrams, requests] = Kind::ALL.map(|kind| Share::new(doorkeeper, kind));
     if events.send(Event::Connected(peer, Box::new(link))).await.is_err() {

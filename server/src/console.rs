@@ -100,7 +100,7 @@ fn ask(address: SocketAddr, request: &str) -> anyhow::Result<String> {
     }
 }
 
-/// What is shown; ticks are those since the look `before`, where there was one.
+/// What is shown; wake-ups, each with all ticks that were due, are those since the look `before`, where there was one.
 fn page(lesson: &Value, before: &Value) -> String {
     let mut page = String::new();
     let mut line = |text: String| writeln!(page, "{text}").expect("a string takes everything");
@@ -115,7 +115,7 @@ fn page(lesson: &Value, before: &Value) -> String {
     let some = |number, one, more| format!("{number} {}", if number == 1 { one } else { more });
     let (there, at) = (some(people.len(), "person", "people"), some(wheels.len(), "wheel", "wheels"));
     line(format!("{there}, {at}, door {state}"));
-    line(format!("tick p50 {middle} us, p99 {high} us; {} late since the start", lesson["late"]));
+    line(format!("wake-up p50 {middle} us, p99 {high} us; {} late since the start", lesson["late"]));
     line(String::new());
     line(format!("{:<7}{:>7}{:>7}{:>10}  {}", "wheel", "people", "rpm", "delta ms", "state"));
     for (number, wheel) in (1..).zip(&wheels) {

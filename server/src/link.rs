@@ -43,6 +43,8 @@ pub(crate) struct Link {
     keyframes: Arc<Semaphore>,
     dropped: AtomicU64,
     is_in: Arc<AtomicBool>,
+    /// The place among those who have not been let in.
+    stranger: Option<OwnedSemaphorePermit>,
     /// Packets that were lost on the way when it was last looked at.
     lost: u64,
     /// Shortest times of a way and back, of this span and the one before.
@@ -65,7 +67,7 @@ const SPAN: Duration = Duration::from_secs(20);
 
 impl Link {
     /// A link and the frames that are to be written to the control stream.
-    pub(crate) fn new(session: Session) -> (Self, mpsc::Receiver<Outgoing>) {
+    pub(crate) fn new(session: Session, stranger: OwnedSemaphorePermit) -> (Self, mpsc::Receiver<Outgoing>) {
         let (control, outgoing) = mpsc::channel(CONTROL_QUEUE);
         let keyframes = Arc::new(Semaphore::new(KEYFRAME_BYTES));
         let link = Self {
@@ -75,6 +77,7 @@ impl Link {
             keyframes,
             dropped: AtomicU64::new(0),
             is_in: Arc::default(),
+            stranger: Some(stranger),
             lost: 0,
             shortest: [Duration::MAX; 2],
             span_began: Duration::ZERO,
@@ -83,8 +86,9 @@ impl Link {
         (link, outgoing)
     }
 
-    /// Notes that the room has let the peer in, so that its datagrams are heard.
-    pub(crate) fn let_in(&self) {
+    /// Notes that the room has let the peer in, so that its datagrams are heard and another may knock.
+    pub(crate) fn let_in(&mut self) {
+        self.stranger = None;
         self.is_in.store(true, Ordering::Relaxed);
     }
 

@@ -67,7 +67,7 @@ struct Flags {
     #[arg(long, value_name = "NAME", value_parser = form, env = "POTTERY_FORM")]
     form: Option<Form>,
     /// Radius of the smallest tool that anybody will use, mm: the grid of every pot is as coarse as that tool allows. A finger has
-    /// 8 to 12, and takes a tenth of the elements [default: 360 x 400 of them, which do for 4 mm]
+    /// 8 to 12, and takes a tenth of the elements [default: 360 x 400 of them, which do for 4.2 mm]
     #[arg(long, value_name = "MM", allow_negative_numbers = true, env = "POTTERY_SMALLEST_TOOL_MM")]
     smallest_tool_mm: Option<f32>,
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
@@ -98,7 +98,7 @@ struct Flags {
     /// Begin with new pots; those in the data folder get another name
     #[arg(long)]
     fresh: bool,
-    /// Loopback address that answers GET /livez, /readyz and /metrics
+    /// Loopback address that answers GET /livez, /readyz, /metrics and /lesson, and POST /order with the teacher's token
     #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_OPERATE")]
     operate: Option<SocketAddr>,
     /// How the log is written on standard error
@@ -262,6 +262,8 @@ async fn run(flags: Flags, matches: &ArgMatches) -> anyhow::Result<()> {
         let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));
         tokio::select! {
             ended = &mut stopped => break ended?,
+            // who watches this program begins it anew; people come back by themselves
+            () = server.ended() => break,
             () = next => say!("{}", server.figures().await?.to_json_line()),
         }
     }

@@ -3,7 +3,8 @@
 //! Owns the choice; the room and the folder are others'.
 //! Invariant: pots that were kept are gone on with or put aside, and never written over unseen.
 
-use pottery_shared::clay::Form;
+use pottery_files::pot_file::PotFile;
+use pottery_shared::clay::{Form, PotSpec};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::room::{Room, RoomConfig};
 use pottery_shared::snapshot::PotRecord;
@@ -44,6 +45,7 @@ pub(crate) fn open(
     };
     let path = folder.path().to_path_buf();
     let (mut store, kept) = Store::open(folder, usize::from(config.wheels), config.is_fresh)?;
+    let method = kept.iter().flatten().map(PotFile::method).find(|method| *method != config.method);
     let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| kept.pot().clone())).collect();
     if let Some(first) = records.iter().flatten().next() {
         let spec = *first.spec();
@@ -56,6 +58,14 @@ pub(crate) fn open(
         if config.opened.is_some() {
             return Err(StoreError::Opened { path }.into());
         }
+        let asked = record.as_ref().map_or(&config.pot, PotRecord::spec);
+        if let Some(words) = unlike(asked, &spec) {
+            tracing::warn!("{words}");
+        }
+        if let Some(method) = method {
+            let (kept, now) = (method.name(), config.method.name());
+            tracing::warn!("pots that were pressed with the {kept} method are gone on with by the {now} one");
+        }
     } else if let Some(record) = &record {
         room.pot = *record.spec();
     }
@@ -66,4 +76,22 @@ pub(crate) fn open(
     let room = Room::going_on_with(room, &records).map_err(ConfigError::from)?;
     store.know(|wheel| room.digest(wheel));
     Ok((room, Some(store)))
+}
+
+/// What is said where pots were kept that are of another make than what is asked for now; the kept ones go on as they are.
+fn unlike(asked: &PotSpec, kept: &PotSpec) -> Option<String> {
+    let make = |spec: &PotSpec| {
+        let [height, radius, wall] = [spec.height, spec.radius, spec.wall].map(|length| length.as_mm());
+        let (columns, rows) = (spec.shape.columns(), spec.shape.rows());
+        let support = spec.support.name();
+        format!(
+            "{support}, {height:.1} mm high, {radius:.1} mm in radius, with a wall of {wall:.1} mm, on {columns} × {rows} elements"
+        )
+    };
+    let [asked, kept] = [asked, kept].map(make);
+    (asked != kept).then(|| {
+        format!(
+            "the pots that were kept are gone on with as they are: {kept}. What the settings say is for new pots alone (--fresh): {asked}"
+        )
+    })
 }

@@ -1,4 +1,4 @@
-//! What an operator asks a running server: whether it lives, whether it takes people in, and what it has counted.
+//! What an operator asks a running server: whether it lives, whether the room answers, how the lesson stands, and what it has counted.
 //!
 //! Owns the loopback port and its pages; knows the room only through the figures that it gives.
 //! Invariant: nothing is changed here without the teacher's token, nobody outside this machine can ask, and the code is told to who has it,
@@ -67,7 +67,7 @@ async fn answer(
         match request.uri().path() {
             "/livez" => (StatusCode::OK, "lives\n".to_owned()),
             "/readyz" => match figures(&events).await {
-                Some(_) => (StatusCode::OK, "takes people in\n".to_owned()),
+                Some(_) => (StatusCode::OK, "the room answers\n".to_owned()),
                 None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
             },
             "/metrics" => match figures(&events).await {

@@ -190,7 +190,8 @@ impl Server {
         let (events, received) = mpsc::channel(1024);
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
-        let accepting = tokio::spawn(connection::accept(endpoint.clone(), events.clone(), doorkeeper));
+        let accepting =
+            tokio::spawn(connection::accept(endpoint.clone(), config.people_max, events.clone(), doorkeeper));
         let operating =
             operating.map(|listener| tokio::spawn(operation::serve(listener, events.clone(), *fingerprint)));
         tracing::info!(%address, wheels = config.wheels, "the studio is open");
@@ -252,6 +253,11 @@ impl Server {
         answered.await.map_err(|_| ServerError::Stopped)
     }
 
+    /// Waits until the room's task has ended by itself, which it does with a fault alone; [`Server::stop`] then says so.
+    pub async fn ended(&self) {
+        self.events.closed().await;
+    }
+
     /// Tells everybody, waits until they heard it, and frees the port; what could not be kept, of which the log says why.
     pub async fn stop(mut self) -> Losses {
         if let Some(announcement) = self.announcement.take()
@@ -301,4 +307,22 @@ pub(crate) fn random<const N: usize>() -> Result<[u8; N], ServerError> {
         .fill(&mut random)
         .map_err(|_| ServerError::Certificate { reason: "the system gives no randomness".into() })?;
     Ok(random)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_room_that_ends_by_itself_is_noticed_and_told() {
+        let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+        let server =
+            Server::start(ServerConfig { listen, ..ServerConfig::default() }).expect("this machine has a port");
+        assert!(tokio::time::timeout(Duration::from_millis(20), server.ended()).await.is_err(), "it runs");
+        // as a fault in it would
+        server.ticking.abort();
+        server.ended().await;
+        let losses = server.stop().await;
+        assert!(losses.has_failed, "{losses:?}");
+    }
 }

@@ -16,6 +16,10 @@ use crate::folder::Folder;
 
 /// Longest time that pressed clay is only in memory.
 const KEEP_EVERY: Duration = Duration::from_secs(30);
+/// Time from one [`Store::look`] to the next.
+pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Looks within which every wheel is looked at: ten seconds.
+const LOOKS: usize = 100;
 
 /// Why a folder is no place for pots.
 #[derive(Debug, thiserror::Error)]
@@ -144,20 +148,37 @@ impl Store {
         }
     }
 
-    /// Looks at the next wheel, and begins to write its pot when that is due: it has changed, and either half a minute went by or
-    /// everybody has left it. `take` copies the pot.
+    /// Looks at the next wheels, so many that each has its turn often enough, and begins to write a pot when that is due: it has changed,
+    /// and either half a minute will have gone by before the next look or everybody has left it. `take` copies the pot.
     pub(crate) fn look(
         &mut self,
         now: Duration,
         digest: impl Fn(usize) -> Option<u64>,
         is_left: impl Fn(usize) -> bool,
+        mut take: impl FnMut(usize) -> Option<PotFile>,
+    ) {
+        let wheels = self.shelves.len();
+        let at_once = wheels.div_ceil(LOOKS);
+        let round = LOOK_EVERY * wheels.div_ceil(at_once.max(1)) as u32;
+        for _ in 0..at_once {
+            let wheel = self.next;
+            self.next = (wheel + 1) % wheels;
+            self.settle(wheel);
+            let is_due = now + round >= self.shelves[wheel].looked_at + KEEP_EVERY || is_left(wheel);
+            self.keep(wheel, now, is_due, &digest, &mut take);
+        }
+    }
+
+    /// Begins to write a wheel's pot when that is due and it has changed.
+    fn keep(
+        &mut self,
+        wheel: usize,
+        now: Duration,
+        is_due: bool,
+        digest: impl Fn(usize) -> Option<u64>,
         take: impl FnOnce(usize) -> Option<PotFile>,
     ) {
-        let wheel = self.next;
-        self.next = (wheel + 1) % self.shelves.len().max(1);
-        self.settle(wheel);
         let Some(shelf) = self.shelves.get_mut(wheel) else { return };
-        let is_due = now >= shelf.looked_at + KEEP_EVERY || is_left(wheel);
         if !is_due || shelf.writing.is_some() {
             return;
         }
@@ -273,6 +294,31 @@ mod tests {
         assert_eq!(passed(&mut store, 150..151, 3).await, 1);
         assert_eq!(passed(&mut store, 151..400, 3).await, 0, "it is as it was written");
         fs::remove_dir_all(folder).expect("what was written can be removed");
+    }
+
+    #[tokio::test]
+    async fn no_pot_waits_longer_than_half_a_minute_however_many_there_are() {
+        for wheels in [1, 99, 150, 300, 301, 1024] {
+            let folder = std::env::temp_dir().join(format!("pottery-store-many-{}-{wheels}", std::process::id()));
+            let held = Folder::hold(&folder).expect("a new folder can be made");
+            let (mut store, _) = Store::open(held, wheels, false).expect("it has no pots");
+            store.know(|_| Some(1));
+            let mut waiting: std::collections::BTreeSet<_> = (0..wheels).collect();
+            let mut most = 0;
+            for look in 0..=300 {
+                let before = waiting.len();
+                // nothing is written: how often a pot is due is what counts
+                let take = |wheel| {
+                    waiting.remove(&wheel);
+                    None
+                };
+                store.look(LOOK_EVERY * look, |_| Some(2), |_| false, take);
+                most = most.max(before - waiting.len());
+            }
+            assert!(waiting.is_empty(), "of {wheels} pots {} wait longer", waiting.len());
+            assert!(most <= wheels.div_ceil(LOOKS), "{most} pots are copied at once");
+            fs::remove_dir_all(folder).expect("what was made can be removed");
+        }
     }
 
     #[tokio::test]

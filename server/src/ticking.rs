@@ -20,7 +20,7 @@ use crate::event::Event;
 use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
-use crate::store::Store;
+use crate::store::{self, Store};
 use crate::{Figures, InputCounts, Losses, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed. With every tick, so that no snapshot waits for it.
@@ -34,7 +34,7 @@ const QUIET_AFTER: Duration = Duration::from_millis(20);
 /// a snapshot's period.
 const LATE: Duration = Duration::from_millis(15);
 /// Ticks between two looks at what a line loses and takes, at addresses, and at pots that are to be kept.
-const LOOK_EVERY: u64 = 100;
+const LOOK_EVERY: u64 = store::LOOK_EVERY.as_millis() as u64;
 /// Time between two looks at which addresses may be forgotten.
 const FORGET_EVERY: Duration = Duration::from_secs(10);
 /// Least time between two sentences about addresses that send too much.
@@ -174,8 +174,9 @@ impl Ticking {
         }
         self.workers.advance(&mut self.room, Tick(due), self.started.elapsed());
         if self.recorder.as_mut().is_some_and(|recorder| !recorder.take(&mut self.room)) {
-            tracing::error!("the recording ends here: the disk does not keep up");
             self.recorder = None;
+            // what nobody takes over would pile up
+            self.room.end_journal();
             self.losses.has_broken_recording = true;
         }
     }
@@ -199,7 +200,7 @@ impl Ticking {
         }
     }
 
-    /// Looks at the next pot that is to be kept.
+    /// Looks at the next pots that are to be kept.
     fn keep_pots(&mut self) {
         let (room, Some(store)) = (&self.room, &mut self.store) else { return };
         let is_left = |wheel| room.people_at(wheel) == 0 || room.is_closed(wheel);
@@ -259,7 +260,7 @@ impl Ticking {
             Event::Control(peer, frame) => {
                 self.room.handle_control(peer, &frame);
                 self.note_wrong_codes();
-                if let Some(link) = self.links.get(&peer)
+                if let Some(link) = self.links.get_mut(&peer)
                     && self.room.is_in(peer)
                 {
                     link.let_in();

@@ -518,6 +518,11 @@ impl Room {
         }
     }
 
+    /// Nobody asks any more; what happens is kept for [`Room::poll_journal`] no longer.
+    pub fn end_journal(&mut self) {
+        self.benches.iter_mut().for_each(Bench::end_journal);
+    }
+
     /// What happened next: for each wheel in order, one wheel after the other.
     pub fn poll_journal(&mut self) -> Option<Entry> {
         (0..).zip(&mut self.benches).find_map(|(wheel, bench)| {

@@ -17,6 +17,7 @@ use pottery_tests::load::bare::{STAMP_BYTES, serve};
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::run::{Against, Options, run};
 use pottery_tests::load::schedule::Punctuality;
+use pottery_tests::load::stop::Stop;
 use tokio::runtime::{Builder, Runtime};
 
 #[global_allocator]
@@ -132,6 +133,7 @@ fn press(target: &Target) -> Result<(), Fault> {
         aborts: false,
         threads: 1,
         is_told: false,
+        stop: Stop::caught()?,
     };
     let sends = run(plan, &options)?.sends;
     if sends == 0 { Err("nobody pressed".into()) } else { Ok(()) }

@@ -24,6 +24,7 @@ use pottery_tests::load::host::{Host, usage};
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::run::{Against, Options, run};
 use pottery_tests::load::schedule::Punctuality;
+use pottery_tests::load::stop::Stop;
 use tokio::task::JoinSet;
 
 /// Says to this program that it is the bare server, and with how many bytes a datagram.
@@ -221,6 +222,7 @@ fn press(target: &Target) -> Result<(), Fault> {
         aborts: false,
         threads: 1,
         is_told: false,
+        stop: Stop::caught()?,
     };
     let sends = run(plan, &options)?.sends;
     if sends == 0 { Err("nobody pressed".into()) } else { Ok(()) }

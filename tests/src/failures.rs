@@ -19,7 +19,7 @@ use pottery_shared::clay::MethodKind;
 use crate::chart::ChartError;
 use crate::chart::csv::{self, Cell, Row};
 pub use list::SCENARIOS;
-pub(crate) use scene::{Scene, spread_percent};
+pub(crate) use scene::{Scene, larger, smaller, spread_percent};
 
 /// The methods that are tried, and their names, as the columns of the table.
 pub const METHODS: [(MethodKind, &str); 3] =

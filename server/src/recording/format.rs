@@ -8,6 +8,7 @@ use std::io::{Read, Write};
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
+use pottery_shared::clay::GridShape;
 use pottery_shared::units::Tick;
 
 /// The first byte is no text, the rest shows a transfer that changed the ends of lines, as PNG's does.
@@ -21,8 +22,9 @@ pub(super) const BLOCK_HEAD_BYTES: usize = 36;
 pub(super) const CHECKSUM_BYTES: usize = 4;
 /// Room for the name of the program that wrote the file.
 const WRITER_BYTES: usize = 16;
-/// Largest block before it is packed: the state of the largest grid, of all its tools and of everybody.
-pub(super) const PLAIN_MAX: usize = 16 << 20;
+/// Largest block before it is packed: the state of the largest grid, both skins of a wall in two bytes an element, and 8 MiB for how it has
+/// folded, all its tools and everybody.
+pub(super) const PLAIN_MAX: usize = 2 * 2 * GridShape::ELEMENTS_MAX as usize + (8 << 20);
 /// What packing without gain adds at most.
 const PACKED_MAX: usize = PLAIN_MAX + (64 << 10);
 /// Latest tick: nine thousand years.

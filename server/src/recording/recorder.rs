@@ -7,7 +7,7 @@
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 use pottery_shared::room::{Entry, Room};
@@ -52,7 +52,7 @@ impl Recorder {
         Ok(Self { entries: Vec::new(), written_at: room.now(), queue, writing })
     }
 
-    /// Takes over what the journal tells; false when the file can be written no longer.
+    /// Takes over what the journal tells; false when the file can be written no longer, which is said then.
     pub(crate) fn take(&mut self, room: &mut Room) -> bool {
         self.entries.extend(std::iter::from_fn(|| room.poll_journal()));
         if room.now().since(self.written_at) < WRITE_EVERY {
@@ -60,7 +60,15 @@ impl Recorder {
         }
         self.written_at = room.now();
         let entries = std::mem::take(&mut self.entries);
-        entries.is_empty() || self.queue.try_send(Batch::Entries(entries)).is_ok()
+        if entries.is_empty() {
+            return true;
+        }
+        let sent = self.queue.try_send(Batch::Entries(entries));
+        if let Err(TrySendError::Full(_)) = sent {
+            // a thread that has ended said why
+            tracing::error!("the recording ends here: the disk does not keep up");
+        }
+        sent.is_ok()
     }
 
     /// What is left to be written when the studio is closed.

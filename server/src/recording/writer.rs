@@ -10,7 +10,7 @@ use pottery_shared::room::{Entry, Happening};
 use pottery_shared::units::Tick;
 
 use super::entries::EntryWriter;
-use super::format::{FileHead, Kind, VERSION, block};
+use super::format::{FileHead, Kind, PLAIN_MAX, VERSION, block};
 use super::state;
 
 /// Bytes after which a block is long enough.
@@ -82,6 +82,10 @@ impl<W: Write> RecordingWriter<W> {
     }
 
     fn block(&mut self, kind: Kind, wheel: u16, span: (Tick, Tick), plain: &[u8]) -> io::Result<()> {
+        if plain.len() > PLAIN_MAX {
+            // nobody could read it
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "a block is longer than any may be"));
+        }
         self.out.write_all(&block(kind, wheel, self.number, span, plain))?;
         self.number += 1;
         Ok(())

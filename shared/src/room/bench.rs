@@ -200,6 +200,11 @@ impl Bench {
         self.journal = Some(Journal::beginning_with(now, self.state()));
     }
 
+    /// From now on, nothing is told any more, and what was not asked for is forgotten.
+    pub(super) fn end_journal(&mut self) {
+        self.journal = None;
+    }
+
     /// What happened next.
     pub(super) fn poll_journal(&mut self) -> Option<(Tick, Happening)> {
         self.journal.as_mut()?.poll()

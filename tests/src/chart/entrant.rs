@@ -21,8 +21,6 @@ pub enum Model {
         dent: fn(&Dent) -> Result<Dented, DentError>,
         /// Most columns of a grid on which it is asked: more would take too long.
         columns_max: u32,
-        /// The same when there is little time; 0 leaves it out.
-        columns_max_quick: u32,
         /// One step with a tool at an angle, depth and height, m, on clay that turns, for one that can be advanced.
         step: Option<Step>,
     },
@@ -79,7 +77,6 @@ pub const ENTRANTS: &[Entrant] = &[
             dent: literal::press,
             // on finer ones the hole runs away, and a step with it
             columns_max: 360,
-            columns_max_quick: 360,
             step: Some(literal::step),
         },
         supports: &[Support::Backed],
@@ -89,14 +86,14 @@ pub const ENTRANTS: &[Entrant] = &[
     Entrant {
         name: "free-form",
         title: "free-form deformation",
-        model: Model::Yardstick { dent: free_form::press, columns_max: 1440, columns_max_quick: 1440, step: None },
+        model: Model::Yardstick { dent: free_form::press, columns_max: 1440, step: None },
         supports: &[Support::Backed],
         choose: "A yardstick for drawing shapes: it has neither a force nor a material, and rings between its control points.",
     },
     Entrant {
         name: "long-elements",
         title: "long elements",
-        model: Model::Yardstick { dent: long_elements::press, columns_max: 1440, columns_max_quick: 1440, step: None },
+        model: Model::Yardstick { dent: long_elements::press, columns_max: 1440, step: None },
         supports: &[Support::Backed, Support::Hollow],
         choose: "A yardstick for soft bodies that are full of liquid: all of it springs back, so that nothing can be shaped.",
     },
@@ -107,7 +104,6 @@ pub const ENTRANTS: &[Entrant] = &[
             dent: greens::press,
             // it solves on no finer grid
             columns_max: 360,
-            columns_max_quick: 360,
             step: None,
         },
         supports: &[Support::Backed, Support::Hollow],
@@ -127,12 +123,10 @@ impl Entrant {
 
     /// Whether it is asked for dents on a grid.
     #[must_use]
-    pub const fn takes(&self, grid: GridShape, quick: bool) -> bool {
+    pub const fn takes(&self, grid: GridShape) -> bool {
         match self.model {
             Model::Method(_) => true,
-            Model::Yardstick { columns_max, columns_max_quick, .. } => {
-                grid.columns() <= if quick { columns_max_quick } else { columns_max }
-            }
+            Model::Yardstick { columns_max, .. } => grid.columns() <= columns_max,
         }
     }
 

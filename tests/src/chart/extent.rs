@@ -28,7 +28,7 @@ pub struct Extent {
     pub helix_rows: u32,
     /// Steps of the long stroke.
     pub stroke_steps: u32,
-    /// Whether yardsticks that take long are left out.
+    /// Whether it is less than all, which the page then says.
     pub quick: bool,
 }
 
@@ -100,11 +100,11 @@ impl Extent {
 
     /// Whether a row of the table is asked on the grid of the cases.
     pub(super) fn asks(&self, entrant: &Entrant) -> bool {
-        entrant.takes(self.case_grid, self.quick)
+        entrant.takes(self.case_grid)
     }
 
     /// The grids on which a row of the table is asked, the finest first.
     pub(super) fn grids_of(&self, entrant: &Entrant) -> impl Iterator<Item = GridShape> {
-        self.grids.iter().rev().copied().filter(|grid| entrant.takes(*grid, self.quick))
+        self.grids.iter().rev().copied().filter(|grid| entrant.takes(*grid))
     }
 }

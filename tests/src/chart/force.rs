@@ -3,6 +3,7 @@
 //! Owns the two ways of reading it: at rest, as the reference does, and on the way in.
 //! Invariant: errors are taken over the reference's largest force, so that a small force cannot make them large.
 
+use pottery_shared::clay::{self, PotSpec};
 use pottery_shared::units::Seconds;
 
 use super::ChartError;
@@ -78,7 +79,11 @@ pub fn measure(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Force
 fn over_travel(row: usize, support: Support, extent: &Extent) -> Result<Vec<ForceFigures>, ChartError> {
     let (entrant, curve) = (&ENTRANTS[row], reference(support == Support::Hollow)?);
     let moving = match entrant.method() {
-        Some(method) => on_the_way(&Dent { method, ..reference_dent(extent.case_grid, 2.0, false) })?,
+        Some(method) => {
+            let dent = reference_dent(extent.case_grid, 2.0, false);
+            let support = if support == Support::Hollow { clay::Support::Hollow } else { clay::Support::Backed };
+            on_the_way(&Dent { method, pot: PotSpec { support, ..dent.pot }, ..dent })?
+        }
         None => Vec::new(),
     };
     let figures = extent.travels_mm.iter().map(|&travel_mm| {

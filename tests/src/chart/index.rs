@@ -16,7 +16,7 @@ pub(super) fn page(figures: &Figures) -> String {
     let mut line = |text: std::fmt::Arguments<'_>| writeln!(page, "{text}").expect("writing to a string does not fail");
     line(format_args!("Measured on {}.", figures.machine.sentence()));
     if figures.extent.quick {
-        line(format_args!("A quick run: fewer steps and pitches, and without the yardsticks that take long."));
+        line(format_args!("A quick run: fewer steps, travels and pitches."));
     }
     let grid = figures.extent.case_grid;
     line(format_args!("\n## When to choose which\n"));

@@ -14,7 +14,7 @@ pub mod subscription;
 use std::path::{Path, PathBuf};
 
 use pottery_server::recording::RecordingError;
-use pottery_shared::clay::MethodKind;
+use pottery_shared::clay::{MethodKind, Support};
 use pottery_shared::snapshot::{Detail, Quantum};
 
 use super::progress::Progress;
@@ -79,7 +79,7 @@ impl NetworkExtent {
     /// All of it.
     #[must_use]
     pub fn full() -> Self {
-        let take = |method, people| Take { method, people, seconds: 9.0 };
+        let take = |method, people| Take { method, support: Support::Backed, people, seconds: 9.0 };
         Self {
             prediction: Case::all(&[20, 50, 100, 200, 400], &[0, 1, 5, 10], &Overlap::ALL),
             prediction_s: 7.0,
@@ -98,7 +98,7 @@ impl NetworkExtent {
     /// Under two minutes.
     #[must_use]
     pub fn quick() -> Self {
-        let take = |method, people| Take { method, people, seconds: 3.0 };
+        let take = |method, people| Take { method, support: Support::Backed, people, seconds: 3.0 };
         Self {
             prediction: Case::all(&[50, 200], &[0, 5], &Overlap::ALL),
             prediction_s: 2.0,

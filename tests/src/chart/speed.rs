@@ -129,7 +129,7 @@ pub fn time(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Timed>, 
     for &grid in &extent.grids {
         progress.begin(&format!("time a step on {} x {}", grid.columns(), grid.rows()));
         let mut walks = Vec::new();
-        for (row, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid, extent.quick)) {
+        for (row, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid)) {
             let samples = Vec::with_capacity(extent.timed_steps as usize);
             walks.push((row, Walk::new(method, grid)?, step, samples, 0.0));
         }

@@ -9,7 +9,7 @@ use glam::Vec3;
 use pottery_shared::clay::{MethodKind, Press};
 use pottery_shared::units::{Metres, Seconds};
 
-use super::scene::{Scene, bearing_n, spread_percent};
+use super::scene::{Scene, bearing_n, larger, smaller, spread_percent};
 use crate::dice::Dice;
 
 /// Grids from 18,000 to 2.3 million elements.
@@ -36,7 +36,7 @@ pub(super) fn force_on_coarser_grids(method: MethodKind) -> f64 {
         forces / PLACES as f64
     });
     let finest = forces[GRIDS.len() - 1];
-    forces.iter().map(|force| (force / finest - 1.0).abs()).fold(0.0, f64::max) * 100.0
+    forces.iter().map(|force| (force / finest - 1.0).abs()).fold(0.0, larger) * 100.0
 }
 
 /// Largest over smallest dent on any of the grids, less 1, in percent.
@@ -69,17 +69,17 @@ pub(super) fn over_the_seam(method: MethodKind) -> f64 {
         scene
     };
     let straight = stroke(0.1);
-    let mut largest = 0.0_f32;
+    let mut largest = 0.0_f64;
     for columns in [1, 90, 120, 170] {
         let turned = stroke(0.1 + f64::from(columns) * std::f64::consts::TAU / 180.0);
         let (one, other) = (&straight.pot.surfaces()[0], &turned.pot.surfaces()[0]);
         for column in 0..180 {
             let there = other.column_m((column + columns) % 180);
             let pairs = one.column_m(column).iter().zip(there);
-            largest = pairs.map(|(one, other)| (one - other).abs() / one).fold(largest, f32::max);
+            largest = pairs.map(|(one, other)| f64::from((one - other).abs() / one)).fold(largest, larger);
         }
     }
-    straight.unless_broken(f64::from(largest))
+    straight.unless_broken(largest)
 }
 
 /// The least sphere pressed 0.3 mm in, here and there on the default grid and on a coarse one: share of places where it finds
@@ -91,7 +91,7 @@ pub(super) fn small_sphere_misses(method: MethodKind) -> f64 {
 
 /// The largest force there, over what clay bears on the square round the tool, grown by half an element on every side.
 pub(super) fn small_sphere_force(method: MethodKind) -> f64 {
-    small_sphere(method).iter().map(|touch| touch.force_over_bearing).fold(0.0, f64::max)
+    small_sphere(method).iter().map(|touch| touch.force_over_bearing).fold(0.0, larger)
 }
 
 struct Touch {
@@ -131,7 +131,7 @@ pub(super) fn fast_stroke(method: MethodKind) -> f64 {
     let mut least = f64::INFINITY;
     for stroke in strokes {
         let (fast, slow) = (groove(method, stroke, 1), groove(method, stroke, 100));
-        least = fast.iter().zip(slow).map(|(fast, slow)| fast / slow).fold(least, f64::min);
+        least = fast.iter().zip(slow).map(|(fast, slow)| fast / slow).fold(least, smaller);
     }
     least
 }
@@ -183,9 +183,9 @@ pub(super) fn held_on_the_wheel(method: MethodKind) -> f64 {
                 f64::from(scene.untouched_m() - surface.column_m(column)[row])
             })
             .collect();
-        let most = left.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let least = left.iter().copied().fold(f64::INFINITY, f64::min);
-        worst = worst.max(scene.unless_broken((most - least) / f64::from(DEPTH_MM) * 1e5));
+        let most = left.iter().copied().fold(f64::NEG_INFINITY, larger);
+        let least = left.iter().copied().fold(f64::INFINITY, smaller);
+        worst = larger(worst, scene.unless_broken((most - least) / f64::from(DEPTH_MM) * 1e5));
     }
     worst
 }

@@ -10,7 +10,7 @@ use pottery_shared::clay::{MethodKind, PotSpec, Press};
 use pottery_shared::tool::Side;
 use pottery_shared::units::{Metres, Seconds};
 
-use super::scene::{Scene, around, flow_n, spread_percent};
+use super::scene::{Scene, around, flow_n, larger, smaller, spread_percent};
 
 /// Stiffness K of a contact, N/m: the steepest rise of the force over a tick while a tool goes 3 mm in.
 fn stiffness_n_m(method: MethodKind, speed_m_s: f32) -> f64 {
@@ -20,7 +20,7 @@ fn stiffness_n_m(method: MethodKind, speed_m_s: f32) -> f64 {
     for number in 1..=(3.0 / travel_mm) as u32 {
         let press = scene.pressed(12.0, number as f32 * travel_mm, 0.1, 101.3);
         let force = scene.press(press).force_n.length();
-        steepest = steepest.max(f64::from((force - last).abs()) / f64::from(travel_mm * 1e-3));
+        steepest = larger(steepest, f64::from((force - last).abs()) / f64::from(travel_mm * 1e-3));
         last = force;
     }
     steepest
@@ -33,7 +33,7 @@ fn kick(scene: &mut Scene, speed_m_s: f32, way: impl Iterator<Item = Press>) -> 
     let mut largest = 0.0_f64;
     for press in way {
         let force = scene.press(press).force_n;
-        largest = largest.max(f64::from((force - last).length()));
+        largest = larger(largest, f64::from((force - last).length()));
         last = force;
     }
     scene.unless_broken(largest / even)
@@ -116,7 +116,7 @@ pub(super) fn energy(method: MethodKind) -> f64 {
                 taken -= 0.5 * f64::from((force + contact.force_n).dot(travel));
             }
             last = Some((press.centre_m, contact.force_n));
-            least = least.min(taken);
+            least = smaller(least, taken);
             if scene.unless_broken(0.0) > 0.0 {
                 return f64::NEG_INFINITY;
             }
@@ -136,7 +136,7 @@ pub(super) fn through_the_axis(method: MethodKind) -> f64 {
         let distance_mm = if (145..155).contains(&tick) { 0.0 } else { distance_mm };
         let press = scene.tool(12.0, around(distance_mm, 0.3, 99.7));
         let force = f64::from(scene.press(press).force_n.length());
-        largest = largest.max(scene.unless_broken(force / flow_n(&press)));
+        largest = larger(largest, scene.unless_broken(force / flow_n(&press)));
     }
     largest
 }
@@ -160,7 +160,7 @@ pub(super) fn work_at_the_axis(method: MethodKind, leap_mm: f32) -> f64 {
         let parts = if method == MethodKind::Plastic { parts_of(way_mm, 12.0) } else { 1.0 };
         let worked = scene.worked_at().max(u64::from(contact.elements)) as f64;
         // 24 mm of 200, and a row for each end
-        most = most.max(worked / (parts * 180.0 * 26.0));
+        most = larger(most, worked / (parts * 180.0 * 26.0));
     }
     scene.unless_broken(most)
 }
@@ -181,7 +181,7 @@ pub(super) fn born_in_the_clay(method: MethodKind) -> f64 {
         scene.press(air);
         let press = scene.pressed(12.0, depth_mm, 0.1, 101.3);
         let force = f64::from(scene.press(press).force_n.length());
-        largest = largest.max(scene.unless_broken(force / flow_n(&press)));
+        largest = larger(largest, scene.unless_broken(force / flow_n(&press)));
     }
     largest
 }
@@ -202,7 +202,7 @@ pub(super) fn larger_than_the_opening(method: MethodKind) -> f64 {
             };
             let press = Press { side, ..scene.tool(40.0, centre_m) };
             met = met.max(scene.press(press).elements);
-            worst = worst.max(scene.unless_broken(scene.misplaced() as f64));
+            worst = larger(worst, scene.unless_broken(scene.misplaced() as f64));
         }
         if met == 0 {
             return f64::INFINITY;

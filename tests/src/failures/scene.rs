@@ -173,9 +173,19 @@ pub(crate) fn bearing_n(strength: Strength, area_m2: f64) -> f64 {
     PRESSURE_OVER_YIELD * f64::from(strength.yield_pa) * area_m2
 }
 
+/// The larger of two figures; what is no number is larger than any, so that it does not vanish among others.
+pub(crate) const fn larger(one: f64, other: f64) -> f64 {
+    if one.is_nan() || other.is_nan() { f64::INFINITY } else { one.max(other) }
+}
+
+/// The smaller of two figures; what is no number is smaller than any.
+pub(crate) const fn smaller(one: f64, other: f64) -> f64 {
+    if one.is_nan() || other.is_nan() { f64::NEG_INFINITY } else { one.min(other) }
+}
+
 /// Most over least, less 1, in percent.
 pub(crate) fn spread_percent(figures: &[f64]) -> f64 {
-    let least = figures.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = figures.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = figures.iter().copied().fold(f64::INFINITY, smaller);
+    let most = figures.iter().copied().fold(f64::NEG_INFINITY, larger);
     (most / least - 1.0) * 100.0
 }

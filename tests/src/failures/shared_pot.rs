@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 use pottery_shared::clay::{MethodKind, Press};
 use pottery_shared::tool::Side;
 
-use super::scene::{Scene, around};
+use super::scene::{Scene, around, larger};
 
 /// Three overlapping tools, two outside and one inside, in each of their six orders: how many end in another pot than the first.
 pub(super) fn another_order(method: MethodKind) -> f64 {
@@ -39,7 +39,7 @@ pub(super) fn opposite_sides(method: MethodKind) -> f64 {
         let forces = both.advance(&presses).iter().map(|contact| contact.force_n).collect::<Vec<_>>();
         let alone = [one.advance(&presses[..1])[0].force_n, other.advance(&presses[1..])[0].force_n];
         for (force, alone) in forces.iter().zip(alone) {
-            felt = felt.max(f64::from((*force - alone).length()));
+            felt = larger(felt, f64::from((*force - alone).length()));
         }
     }
     let untouched = both.untouched_m();
@@ -51,15 +51,15 @@ pub(super) fn opposite_sides(method: MethodKind) -> f64 {
 /// A wall pinched for a second, 2 mm from either side: the farthest that an element went, over those 2 mm.
 pub(super) fn pinched_wall(method: MethodKind) -> f64 {
     let mut scene = Scene::new(method, 180, 200);
-    let mut farthest = 0.0_f32;
+    let mut farthest = 0.0_f64;
     // the published methods have no wall: both tools press the one surface
     let wall_mm = if method == MethodKind::Plastic { 8.0 } else { 0.0 };
     for _ in 0..1000 {
         let outside = scene.pressed(12.0, 2.0, 0.1, 101.3);
         let inside = scene.tool(12.0, around(60.0 - wall_mm - 12.0 + 2.0, 0.1, 101.3));
         scene.advance(&[outside, Press { side: Side::Inside, ..inside }]);
-        let moved = scene.radii_m().iter().map(|radius| (radius - scene.untouched_m()).abs());
-        farthest = farthest.max(moved.fold(0.0, f32::max));
+        let moved = scene.radii_m().iter().map(|radius| f64::from((radius - scene.untouched_m()).abs()));
+        farthest = moved.fold(farthest, larger);
     }
-    scene.unless_broken(f64::from(farthest) / 2e-3)
+    scene.unless_broken(farthest / 2e-3)
 }

@@ -123,6 +123,15 @@ impl Tally {
             *own += others;
         }
     }
+
+    /// Adds the joins that another holds, those that took place and those that did not, and nothing else.
+    ///
+    /// # Panics
+    /// Never: all histograms have the same bounds.
+    pub fn add_joins(&mut self, other: &Self) {
+        self.join_us.add(&other.join_us).expect("all histograms have the same bounds");
+        self.failed_joins += other.failed_joins;
+    }
 }
 
 /// Where everybody counts.
@@ -274,5 +283,19 @@ impl Quantiles {
             "max" => self.max,
             _ => return None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joins_before_the_measured_time_count_whether_they_took_place_or_not_and_nothing_else_does() {
+        let mut before = Tally { failed_joins: 3, sends: 7, ..Tally::default() };
+        before.join_us.saturating_record(5);
+        let mut total = Tally { failed_joins: 1, ..Tally::default() };
+        total.add_joins(&before);
+        assert_eq!((total.failed_joins, total.join_us.len(), total.sends), (4, 1, 0));
     }
 }

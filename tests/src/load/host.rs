@@ -86,7 +86,7 @@ pub struct Host {
     pub address: SocketAddr,
     /// What lets people in.
     pub code: JoinCode,
-    told: Arc<Mutex<Vec<Told>>>,
+    told: Arc<Mutex<Option<Told>>>,
 }
 
 impl Host {
@@ -131,13 +131,13 @@ impl Host {
             .spawn()
             .map_err(|source| HostError::Start { program: program.to_owned(), source })?;
         let (said, lines) = sync_channel(16);
-        let told = Arc::new(Mutex::new(Vec::new()));
+        let told = Arc::new(Mutex::new(None));
         if let Some(output) = child.stdout.take() {
             let told = Arc::clone(&told);
             std::thread::spawn(move || {
                 for line in BufReader::new(output).lines().map_while(Result::ok) {
                     match serde_json::from_str::<Told>(&line) {
-                        Ok(figures) => told.lock().unwrap_or_else(PoisonError::into_inner).push(figures),
+                        Ok(figures) => *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(figures),
                         // nobody listens any more once it has begun
                         Err(_) => drop(said.try_send(line)),
                     }
@@ -162,7 +162,7 @@ impl Host {
     /// The newest figures it has told.
     #[must_use]
     pub fn told(&self) -> Option<Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner).last().cloned()
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

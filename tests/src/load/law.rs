@@ -193,6 +193,13 @@ impl Law {
         self.loads.iter().filter(|load| load.verdict == Verdict::Pass).count()
     }
 
+    /// How it ended: clay that was not the same everywhere is no load that was merely too much.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let has_diverged = self.loads.iter().any(|load| load.verdict == Verdict::Diverged);
+        if has_diverged { Verdict::Diverged } else { Verdict::Pass }
+    }
+
     /// A table for a person: what one of each part costs, with its standard error.
     #[must_use]
     pub fn table(&self) -> String {
@@ -218,7 +225,12 @@ impl Law {
     #[must_use]
     pub fn sentence(&self) -> String {
         let shared_out = self.first.as_ref().map_or_else(String::new, |first| first.host.shared_out());
-        format!("{} of {} loads are in the law; server and generator {shared_out}.", self.held(), self.loads.len())
+        let diverged = match self.loads.iter().filter(|load| load.verdict == Verdict::Diverged).count() {
+            0 => String::new(),
+            count => format!(" In {count} of the others the clay is not known to be the same everywhere."),
+        };
+        let (held, tried) = (self.held(), self.loads.len());
+        format!("{held} of {tried} loads are in the law; server and generator {shared_out}.{diverged}")
     }
 }
 
@@ -260,6 +272,23 @@ mod tests {
             assert!((fit.each[part] - 1.0).abs() < 1e-12);
             assert!((fit.error[part] - fit.residual / 8.0_f64.sqrt()).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn clay_that_was_not_the_same_everywhere_is_no_matter_of_figures() {
+        let load = |verdict| Load { counts: [1.0; PARTS.len()], costs: [1.0; COSTS.len()], verdict };
+        let fit = Fit { each: [0.0; PARTS.len()], error: [0.0; PARTS.len()], residual: 0.0 };
+        let law = |verdict| {
+            let loads = vec![load(Verdict::Pass), load(verdict), load(Verdict::Pass)];
+            Law { loads, fits: [fit; COSTS.len()], first: None }
+        };
+        assert_eq!(law(Verdict::Invalid).verdict(), Verdict::Pass);
+        assert_eq!(law(Verdict::Diverged).verdict(), Verdict::Diverged);
+        assert!(
+            law(Verdict::Diverged).sentence().contains("In 1 of the others the clay"),
+            "{}",
+            law(Verdict::Diverged).sentence()
+        );
     }
 
     #[test]

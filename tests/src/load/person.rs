@@ -182,16 +182,18 @@ impl Person {
     pub async fn live(mut self) -> Option<Outcome> {
         let plan = &self.studio.plan;
         let share = f64::from(self.number) / f64::from(plan.people().max(1));
+        // who is not let in tries again, and is still due since then
         let mut due = Duration::from_secs_f64(plan.ramp_s * share);
+        let mut tried_at = due;
         loop {
-            let deadline = self.studio.epoch + due;
+            let deadline = self.studio.epoch + tried_at;
             tokio::select! {
                 () = tokio::time::sleep_until(deadline) => {}
                 () = at_stage(&mut self.stage, Stage::Leave) => return None,
             }
             let Some(stay) = self.come(due).await else {
                 self.count(|tally| tally.failed_joins += 1);
-                due = self.now() + COME_AGAIN_AFTER;
+                tried_at = self.now() + COME_AGAIN_AFTER;
                 continue;
             };
             self.studio.recorder.come(1);
@@ -209,6 +211,7 @@ impl Person {
                     due = self.now() + COME_AGAIN_AFTER;
                 }
             }
+            tried_at = due;
         }
     }
 

@@ -155,7 +155,7 @@ pub struct RunResult {
     pub said: Vec<String>,
     /// Measured time, s.
     pub measured_s: f64,
-    /// From the moment at which a join was due to the welcome.
+    /// From the moment at which a join was due to the welcome, however often it had to be tried; those before the measured time count as well.
     pub join_ms: Quantiles,
     /// From the moment at which an input was due to the clay that carries it.
     pub input_delta_ms: Quantiles,
@@ -190,7 +190,7 @@ pub struct RunResult {
     pub reconnects: u64,
     /// Connections that broke otherwise.
     pub broken: u64,
-    /// Joins that did not succeed.
+    /// Tries to join that did not succeed, before the measured time as well.
     pub failed_joins: u64,
     /// Messages that made no sense or said other than to others.
     pub unlike: u64,
@@ -363,9 +363,10 @@ impl RunResult {
         }
         if let Some(strangers) = &self.strangers {
             table.push_str(&format!(
-                "{:<28}{:.0} wrong codes a second; p99 age of clay {:.2} ms before and {:.2} ms under them, {:.2} times\n",
+                "{:<28}{:.0} wrong codes a second, {:.0} of them answered; p99 age of clay {:.2} ms before and {:.2} ms under them, {:.2} times\n",
                 "strangers",
                 strangers.knocks_per_s,
+                strangers.answered_per_s,
                 strangers.quiet_age_ms.p99,
                 strangers.besieged_age_ms.p99,
                 strangers.age_ratio()

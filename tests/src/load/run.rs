@@ -26,6 +26,7 @@ use super::person::{Outcome, Person, Stage, Studio};
 use super::plan::{Plan, PlanError};
 use super::result::{Diverged, HostFacts, RunResult, SCHEMA, Second, ServerFigures, Verdict, late_ticks_alone};
 use super::schedule::Punctuality;
+use super::stop::Stop;
 use super::strangers::{StrangerFigures, Strangers};
 use super::threshold::Threshold;
 use crate::printed::remark;
@@ -76,6 +77,8 @@ pub struct Options {
     pub threads: usize,
     /// Whether every second is told.
     pub is_told: bool,
+    /// What ends it before its time.
+    pub stop: Stop,
 }
 
 impl Options {
@@ -148,7 +151,14 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     };
     // who presses keeps a schedule: hundreds who read what has come at once are not to stand before it in a queue
     let (eyes, hands) = (runtime()?, runtime()?);
-    let result = eyes.block_on(work(plan, options, spawned.as_ref(), load_before, hands.handle()));
+    let result = eyes.block_on(async {
+        tokio::select! {
+            // whoever has said so before this run began as well
+            biased;
+            () = options.stop.come() => Err(RunError::Interrupted),
+            result = work(plan, options, spawned.as_ref(), load_before, hands.handle()) => result,
+        }
+    });
     hands.shutdown_timeout(Duration::from_secs(1));
     eyes.shutdown_timeout(Duration::from_secs(1));
     result
@@ -330,17 +340,13 @@ impl<'a> Watched<'a> {
     async fn watch(&mut self) -> Result<(), RunError> {
         let plan = &self.studio.plan;
         let (begins_s, ends_s) = (plan.ramp_s + plan.warmup_s, plan.total_s());
-        let mut interrupted = std::pin::pin!(tokio::signal::ctrl_c());
         let mut at_s = 0.0;
-        let mut joins = Tally::default().join_us;
+        (self.last, self.last_told) = self.used();
         while at_s < ends_s {
             // a whole second, or what is left to the next border
             let border_s = if at_s < begins_s { begins_s } else { ends_s };
             let until_s = (at_s + 1.0).min(if border_s - at_s < 1.5 { border_s } else { f64::MAX });
-            tokio::select! {
-                () = tokio::time::sleep_until(self.studio.epoch + Duration::from_secs_f64(until_s)) => {}
-                _ = &mut interrupted => return Err(RunError::Interrupted),
-            }
+            tokio::time::sleep_until(self.studio.epoch + Duration::from_secs_f64(until_s)).await;
             let is_measured = at_s >= begins_s;
             if is_measured && self.generator_before.is_none() {
                 self.generator_before = self.last.1;
@@ -356,9 +362,13 @@ impl<'a> Watched<'a> {
             if is_measured {
                 self.ages[usize::from(is_besieged)].add(&tally);
             }
-            joins.add(&tally.join_us).expect("all histograms have the same bounds");
+            if !is_measured {
+                // people come before the measured time, and their joins are of interest all the same
+                self.total.add_joins(&tally);
+            }
             if at_s >= HOPES_S
-                && joins.is_empty()
+                && self.total.join_us.is_empty()
+                && tally.join_us.is_empty()
                 && let Some(reasons) = self.studio.recorder.refusals()
             {
                 return Err(RunError::Nobody { reasons });
@@ -374,8 +384,6 @@ impl<'a> Watched<'a> {
             }
             at_s = until_s;
         }
-        // people come before the measured time, and their joins are of interest all the same
-        self.total.join_us = joins;
         let refusals = self.studio.recorder.refusals();
         if self.studio.plan.people() > 0 && self.total.join_us.is_empty() {
             let reasons = refusals.unwrap_or_else(|| "nobody was answered".into());
@@ -412,8 +420,10 @@ impl<'a> Watched<'a> {
             let plan = &self.studio.plan;
             let knocked_s = measured_s + plan.ramp_s + plan.warmup_s - since_s;
             let [quiet_age_ms, besieged_age_ms] = self.ages.each_ref().map(|ages| Quantiles::of(&ages.age_us, 1e-3));
-            let knocks_per_s = strangers.knocks() as f64 / knocked_s.max(1.0);
-            self.result.strangers = Some(StrangerFigures { knocks_per_s, quiet_age_ms, besieged_age_ms });
+            let per_s = |count: u64| count as f64 / knocked_s.max(1.0);
+            let [knocks_per_s, answered_per_s] = [strangers.knocks(), strangers.answered()].map(per_s);
+            let figures = StrangerFigures { knocks_per_s, answered_per_s, quiet_age_ms, besieged_age_ms };
+            self.result.strangers = Some(figures);
         }
         let percent = |now: Option<Usage>, before: Option<Usage>| {
             now.zip(before).map(|(now, before)| 100.0 * (now.cpu_s - before.cpu_s) / measured_s)
@@ -438,10 +448,14 @@ impl<'a> Watched<'a> {
         }
     }
 
-    fn read(&mut self, tally: &Tally, at_s: f64, until_s: f64, is_measured: bool) {
+    /// What server and generator have used, and what the server has told.
+    fn used(&self) -> ((Option<Usage>, Option<Usage>), Option<Told>) {
         let server = self.spawned.and_then(|host| host::usage(host.process()));
-        let generator = host::usage(std::process::id());
-        let told = self.spawned.and_then(Host::told);
+        ((server, host::usage(std::process::id())), self.spawned.and_then(Host::told))
+    }
+
+    fn read(&mut self, tally: &Tally, at_s: f64, until_s: f64, is_measured: bool) {
+        let ((server, generator), told) = self.used();
         let late_before = self.last_told.as_ref().map_or(0, |before| before.late);
         let bystander_late = self.bystander.as_ref().map_or(0, Bystander::late);
         let length_s = until_s - at_s;
@@ -522,6 +536,7 @@ impl<'a> Watched<'a> {
                 self.result.unlike
             ));
             self.result.said.extend(self.result.diverged.first().map(|diverged| diverged.said.clone()));
+            self.result.said.extend(untold_said(&self.result.untold));
         }
         let p99 = |histogram: &hdrhistogram::Histogram<u64>| Duration::from_micros(histogram.value_at_quantile(0.99));
         let lags = [&self.total.lag_us, &self.total.look_lag_us].map(p99);
@@ -555,6 +570,19 @@ fn untold(people: u32, outcomes: &[Outcome]) -> Vec<u32> {
     (0..people).filter(|number| !there.contains(number)).collect()
 }
 
+/// Who they were, in a sentence; none where everybody could.
+fn untold_said(untold: &[u32]) -> Option<String> {
+    const NAMED: usize = 8;
+    let named: Vec<_> = untold.iter().take(NAMED).map(u32::to_string).collect();
+    let more = if untold.len() > NAMED { " and others" } else { "" };
+    (!named.is_empty()).then(|| {
+        format!(
+            "who could not tell had lost the connection, or was not answered: {}{more}, counted from 0",
+            named.join(", ")
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -565,5 +593,7 @@ mod tests {
         assert_eq!(diverged(&[outcome(0, 7), outcome(1, 7)]), []);
         assert_eq!(diverged(&[outcome(0, 7), outcome(1, 8)]).len(), 1);
         assert_eq!(untold(3, &[outcome(0, 7), outcome(2, 8)]), [1]);
+        assert_eq!(untold_said(&[]), None);
+        assert!(untold_said(&[1, 5]).unwrap().contains("answered: 1, 5, counted"), "{:?}", untold_said(&[1, 5]));
     }
 }

@@ -13,7 +13,7 @@ use super::result::RunResult;
 use super::virtual_room::VirtualRoom;
 
 /// A straight line through memory over time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Slope {
     /// MB an hour.
     pub mb_per_h: f64,
@@ -31,10 +31,10 @@ impl Slope {
     const TIMES: f64 = 8.0;
 
     /// Through `(s, MB)`, by least squares through the means of a minute each, or of an eighth where there are fewer than eight
-    /// minutes: so the error is that of the line, and not that of the points about it.
+    /// minutes: so the error is that of the line, and not that of the points about it. None through fewer than three, which say nothing.
     #[must_use]
-    pub fn through(points: &[(f64, f64)]) -> Self {
-        let (Some(first), Some(last)) = (points.first(), points.last()) else { return Self::default() };
+    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+        let (first, last) = (points.first()?, points.last()?);
         let length_s = last.0 - first.0;
         let together_s = Self::TOGETHER_S.min(length_s / Self::TIMES);
         let of_time = |point: &(f64, f64)| ((point.0 - first.0) / together_s) as u64;
@@ -42,18 +42,36 @@ impl Slope {
         let (mean_x, mean_y) = mean(&means);
         let spread: f64 = means.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
         if spread == 0.0 || means.len() < 3 {
-            return Self::default();
+            return None;
         }
         let slope = means.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>() / spread;
         let rest: f64 = means.iter().map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2)).sum();
         let error = (rest / (means.len() as f64 - 2.0) / spread).sqrt();
-        Self { mb_per_h: slope * 3600.0, error_mb_per_h: error * 3600.0, hours: length_s / 3600.0 }
+        Some(Self { mb_per_h: slope * 3600.0, error_mb_per_h: error * 3600.0, hours: length_s / 3600.0 })
     }
 
     /// What it grew by beyond twice the line's own error, MB.
     #[must_use]
     pub fn growth_mb(&self) -> f64 {
         ((self.mb_per_h - 2.0 * self.error_mb_per_h) * self.hours).max(0.0)
+    }
+
+    /// What memory did, in words; that it was not measured is no growth of nothing.
+    #[must_use]
+    pub fn told(slope: Option<&Self>) -> String {
+        slope.map_or_else(
+            || "not measured".to_owned(),
+            |slope| {
+                let (grown_mb, error) = (slope.growth_mb(), slope.error_mb_per_h);
+                format!("{:+.2} ± {error:.2} MB/h, grown by {grown_mb:.2} MB beyond the error", slope.mb_per_h)
+            },
+        )
+    }
+
+    /// Whether memory is known to have grown by no more than `most_mb`.
+    #[must_use]
+    pub fn is_within(slope: Option<&Self>, most_mb: f64) -> bool {
+        slope.is_some_and(|slope| slope.growth_mb() <= most_mb)
     }
 }
 
@@ -63,9 +81,10 @@ fn mean(points: &[(f64, f64)]) -> (f64, f64) {
     (of(|point| point.0), of(|point| point.1))
 }
 
-/// Of the server's memory in the measured part of a run, without its first fifth, in which clay is worked for the first time.
+/// Of the server's memory in the measured part of a run, without its first fifth, in which clay is worked for the first time; none of a
+/// server whose process is not known, or whose system does not tell.
 #[must_use]
-pub fn of_run(result: &RunResult) -> Slope {
+pub fn of_run(result: &RunResult) -> Option<Slope> {
     let measured = result.seconds.iter().filter(|second| second.is_measured);
     let points: Vec<_> = measured.filter_map(|second| Some((second.at_s, second.server_memory_mb?))).collect();
     Slope::through(&points[points.len() / 5..])
@@ -78,8 +97,8 @@ pub struct Virtual {
     pub passed_s: f64,
     /// Time that it took, s.
     pub took_s: f64,
-    /// Memory of this process.
-    pub memory: Slope,
+    /// Memory of this process, where the system tells.
+    pub memory: Option<Slope>,
     /// Snapshots that potters held in the end.
     pub snapshots: u64,
     /// Whether everybody held the newest.
@@ -125,7 +144,7 @@ mod tests {
     #[test]
     fn line_through_points_has_their_slope_and_no_error() {
         let points: Vec<_> = (0..10).map(|second| (f64::from(second) * 360.0, 5.0 + f64::from(second))).collect();
-        let slope = Slope::through(&points);
+        let slope = Slope::through(&points).unwrap();
         assert!((slope.mb_per_h - 10.0).abs() < 1e-9 && slope.error_mb_per_h < 1e-9, "{slope:?}");
         assert!((slope.growth_mb() - 9.0).abs() < 1e-9);
     }
@@ -136,16 +155,27 @@ mod tests {
         for (begins, ends) in [(0, 480), (17, 500), (40, 650), (59, 540)] {
             let points: Vec<_> =
                 (begins..ends).map(|second| (f64::from(second), f64::from(second % 60) * 0.01)).collect();
-            let slope = Slope::through(&points);
+            let slope = Slope::through(&points).unwrap();
             assert!(slope.mb_per_h.abs() <= 2.0 * slope.error_mb_per_h, "{begins} to {ends}: {slope:?}");
             let growing: Vec<_> = points.iter().map(|(s, mb)| (*s, mb + s * 6.0 / 3600.0)).collect();
-            assert!(Slope::through(&growing).growth_mb() > 0.3, "{begins} to {ends}: {:?}", Slope::through(&growing));
+            let slope = Slope::through(&growing).unwrap();
+            assert!(slope.growth_mb() > 0.3, "{begins} to {ends}: {slope:?}");
         }
     }
 
     #[test]
     fn memory_that_only_shakes_does_not_grow() {
         let points: Vec<_> = (0..100).map(|second| (f64::from(second), f64::from(second % 2))).collect();
-        assert!(Slope::through(&points).growth_mb() < 0.1, "{:?}", Slope::through(&points));
+        let slope = Slope::through(&points).unwrap();
+        assert!(slope.growth_mb() < 0.1, "{slope:?}");
+    }
+
+    #[test]
+    fn no_line_goes_through_nothing_and_none_is_taken_for_an_even_one() {
+        for points in [&[][..], &[(1.0, 5.0)], &[(1.0, 5.0), (2.0, 5.0)]] {
+            assert_eq!(Slope::through(points), None);
+        }
+        assert!(!Slope::is_within(None, 1e9));
+        assert_eq!(Slope::told(None), "not measured");
     }
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use pottery_client::{Target, join};
+use pottery_client::{JoinError, Target, join};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::session::Client;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,9 @@ const WRONG: [u8; 5] = [0; 5];
 pub struct StrangerFigures {
     /// Knocks with a wrong code, a second.
     pub knocks_per_s: f64,
+    /// Those of them, a second, that the server answered; it lets most wait, which is not seen from outside.
+    #[serde(default)]
+    pub answered_per_s: f64,
     /// Age of the class's clay while nobody knocked, ms, and while they did.
     pub quiet_age_ms: Quantiles,
     /// See `quiet_age_ms`.
@@ -51,6 +54,7 @@ impl StrangerFigures {
 #[derive(Debug)]
 pub struct Strangers {
     knocks: Arc<AtomicU64>,
+    answered: Arc<AtomicU64>,
     leaves: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -61,20 +65,27 @@ impl Strangers {
     /// # Errors
     /// When the system gives no thread.
     pub fn come(address: String, per_s: u32) -> std::io::Result<Self> {
-        let (knocks, leaves) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-        let (counted, told) = (Arc::clone(&knocks), Arc::clone(&leaves));
+        let [knocks, answered] = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
+        let leaves = Arc::new(AtomicBool::new(false));
+        let (counted, told) = ((Arc::clone(&knocks), Arc::clone(&answered)), Arc::clone(&leaves));
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let thread = std::thread::Builder::new().name("strangers".into()).spawn(move || {
-            runtime.block_on(knock(&address, per_s, &counted, &told));
+            runtime.block_on(knock(&address, per_s, (&counted.0, &counted.1), &told));
             runtime.shutdown_background();
         })?;
-        Ok(Self { knocks, leaves, thread: Some(thread) })
+        Ok(Self { knocks, answered, leaves, thread: Some(thread) })
     }
 
     /// Knocks so far.
     #[must_use]
     pub fn knocks(&self) -> u64 {
         self.knocks.load(Ordering::Relaxed)
+    }
+
+    /// Those of them that the server answered.
+    #[must_use]
+    pub fn answered(&self) -> u64 {
+        self.answered.load(Ordering::Relaxed)
     }
 }
 
@@ -88,7 +99,7 @@ impl Drop for Strangers {
     }
 }
 
-async fn knock(address: &str, per_s: u32, knocks: &AtomicU64, leaves: &AtomicBool) {
+async fn knock(address: &str, per_s: u32, (knocks, answered): (&AtomicU64, &Arc<AtomicU64>), leaves: &AtomicBool) {
     let from = SocketAddr::new(IpAddr::V4(ADDRESS), 0);
     let endpoint = quinn::Endpoint::client(from).or_else(|_| quinn::Endpoint::client(([127, 0, 0, 1], 0).into()));
     let Ok(endpoint) = endpoint else { return };
@@ -102,12 +113,14 @@ async fn knock(address: &str, per_s: u32, knocks: &AtomicU64, leaves: &AtomicBoo
         while waiting.try_join_next().is_some() {}
         let due = (begun.elapsed().as_secs_f64() * f64::from(per_s)) as u64;
         while knocks.load(Ordering::Relaxed) < due && waiting.len() < WAITING_MAX {
-            let (endpoint, target) = (endpoint.clone(), Arc::clone(&target));
+            let (endpoint, target, answered) = (endpoint.clone(), Arc::clone(&target), Arc::clone(answered));
             waiting.spawn(async move {
                 let greeting = Client::greeting(target.code.room(), 1, true);
                 let asked = join(&endpoint, &target, &greeting, |_, _| Ok(()));
-                // however it is answered
-                drop(tokio::time::timeout(PATIENCE, asked).await);
+                // whatever it is told; what its code is good for is known
+                if let Ok(Ok(_) | Err(JoinError::Session(_))) = tokio::time::timeout(PATIENCE, asked).await {
+                    answered.fetch_add(1, Ordering::Relaxed);
+                }
             });
             knocks.fetch_add(1, Ordering::Relaxed);
         }

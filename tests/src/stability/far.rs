@@ -16,6 +16,7 @@ use super::online::{BEGIN, Held, Holder, Session, hold};
 use super::plane::bound_n_m;
 use super::resting::{LOOKED_AT, PUSH_N, STILL_M, about_a_line, pressing};
 use crate::chart::csv::{Cell, Row};
+use crate::failures::larger;
 use crate::line::{BurstLoss, Quality};
 use crate::simulation::ms;
 
@@ -64,7 +65,7 @@ pub(super) fn other_bits(method: MethodKind) -> f64 {
         let differ = same_ticks().filter(|(near, far)| bits(near) != bits(far)).count();
         if is_felt { differ as f64 } else { f64::INFINITY }
     });
-    differ.fold(0.0, f64::max)
+    differ.fold(0.0, larger)
 }
 
 /// Largest difference of the force from that with no network, N, whatever the lead does.
@@ -73,7 +74,7 @@ pub(super) fn other_force(method: MethodKind) -> f64 {
         let felt = far.felt.into_iter().next().unwrap_or_default();
         near.into_iter().zip(felt).map(|(near, far)| f64::from(near.force_n.distance(far.force_n)))
     });
-    differ.fold(0.0, f64::max)
+    differ.fold(0.0, larger)
 }
 
 /// Least energy that device and clay have taken from a hand since it was last in the air, mJ, while another goes in and out beside it, far

@@ -11,7 +11,7 @@ use pottery_shared::units::Seconds;
 use super::bench::{Bench, Felt, Scene};
 use super::mechanism::{Grip, Mechanism};
 use super::plane::{bound_n_m, stable_stiffness_n_m, stages};
-use crate::failures::Scene as Clay;
+use crate::failures::{Scene as Clay, larger, smaller};
 
 /// Delays that are tried, s.
 const DELAYS_S: [f64; 4] = [0.0, 1e-3, 2e-3, 5e-3];
@@ -28,7 +28,7 @@ const TREMOR_HZ: usize = 20;
 /// Least stable stiffness of a hand over the bound by theory, at any of the delays.
 pub(super) fn stiffness(method: MethodKind, grip: Grip) -> f64 {
     let share = |delay_s| stable_stiffness_n_m(method, grip, delay_s) / bound_n_m(&grip, delay_s);
-    DELAYS_S.into_iter().map(share).fold(f64::INFINITY, f64::min)
+    DELAYS_S.into_iter().map(share).fold(f64::INFINITY, smaller)
 }
 
 /// A hand that means to press with so many newtons for two seconds: as deep as its own stiffness and that of a coupling to an Omni
@@ -49,7 +49,7 @@ pub(super) fn light_contact(method: MethodKind, rpm: f32, resolution_m: f32) -> 
     for grip in Grip::ALL {
         let mut scene = Scene { rpm, ..Scene::of(method) };
         scene.specs.resolution_m = resolution_m;
-        worst = worst.max(tremor_percent(&pressing(&scene, grip, LIGHT_N)[1000..]));
+        worst = larger(worst, tremor_percent(&pressing(&scene, grip, LIGHT_N)[1000..]));
     }
     worst
 }
@@ -101,7 +101,7 @@ pub(super) fn shaken(method: MethodKind) -> f64 {
     for grip in Grip::ALL {
         for rpm in [0.0, 60.0] {
             let felt = pressing(&Scene { rpm, delay_s: 1e-3, ..Scene::of(method) }, grip, 1.5);
-            fastest = felt[1500..].iter().map(|felt| felt.speed_m_s).fold(fastest, f64::max);
+            fastest = felt[1500..].iter().map(|felt| felt.speed_m_s).fold(fastest, larger);
         }
     }
     fastest * 1e3
@@ -118,7 +118,7 @@ pub(super) fn energy(method: MethodKind) -> f64 {
                 Bench::TOUCHING_M - Vec3::X * depth_m as f32
             };
             let felt = Bench::new(&Scene { delay_s, ..Scene::of(method) }).hold(grip, 5000, meant_m);
-            least = felt.iter().map(|felt| -felt.work_j).fold(least, f64::min);
+            least = felt.iter().map(|felt| -felt.work_j).fold(least, smaller);
         }
     }
     least * 1e3
@@ -128,7 +128,7 @@ pub(super) fn energy(method: MethodKind) -> f64 {
 /// percent. The mean of ten hands that go a tenth of a step of the encoders farther each: which step one of them ends on is chance, and a
 /// step is a tenth of a firm hand's dent.
 pub(super) fn rate_of_the_loop(method: MethodKind) -> f64 {
-    Grip::ALL.map(|grip| rate_felt_by(method, grip)).into_iter().fold(0.0, f64::max)
+    Grip::ALL.map(|grip| rate_felt_by(method, grip)).into_iter().fold(0.0, larger)
 }
 
 fn rate_felt_by(method: MethodKind, grip: Grip) -> f64 {

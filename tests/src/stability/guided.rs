@@ -9,9 +9,10 @@ use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode};
 use pottery_shared::units::Tick;
 
 use super::bench::{Bench, Scene};
-use super::lesson::{Fate, Learnt, Lesson, WAYS, give};
+use super::lesson::{Fate, Learnt, Lesson, WAYS, give, teacher_m};
 use super::mechanism::Grip;
 use crate::chart::csv::{Cell, Row};
+use crate::failures::{larger, smaller};
 
 /// How deep a teacher goes into clay, m.
 const DEPTH_M: f32 = 1.5e-3;
@@ -43,44 +44,50 @@ pub(super) fn energy(method: MethodKind) -> f64 {
         [0.0, 2e-3].map(|delay_s| Lesson { delay_s, ..lesson(guidance, Fate::GoesOn, Some(DEPTH_M)) })
     });
     let learnt = ways.flat_map(|lesson| lessons(method, lesson));
-    learnt.map(|learnt| learnt.energy_mj).fold(f64::INFINITY, f64::min)
+    learnt.map(|learnt| learnt.energy_mj).fold(f64::INFINITY, smaller)
 }
 
 /// The same when something becomes of the teacher.
 pub(super) fn odd_energy(method: MethodKind) -> f64 {
-    odd_lessons(method).map(|learnt| learnt.energy_mj).fold(f64::INFINITY, f64::min)
+    odd_lessons(method).map(|learnt| learnt.energy_mj).fold(f64::INFINITY, smaller)
 }
 
 /// Largest rise of force in a tick, N, whatever becomes of the teacher.
 pub(super) fn odd_jolt(method: MethodKind) -> f64 {
-    odd_lessons(method).map(|learnt| learnt.jolt_n).fold(0.0, f64::max)
+    odd_lessons(method).map(|learnt| learnt.jolt_n).fold(0.0, larger)
 }
 
 /// Largest force of guidance over a quarter of what the device gives.
 pub(super) fn strength(method: MethodKind) -> f64 {
     let quarter_n = f64::from(DeviceSpecs::OMNI.peak_force_n) / 4.0;
     let learnt = strongest().flat_map(|guidance| lessons(method, lesson(guidance, Fate::GoesOn, Some(DEPTH_M))));
-    learnt.map(|learnt| learnt.guidance_n / quarter_n).fold(0.0, f64::max)
+    learnt.map(|learnt| learnt.guidance_n / quarter_n).fold(0.0, larger)
 }
 
-/// Ticks until there is no force after the student has ended it, in the air, whatever the teacher does on.
+/// Ticks until there is no force after the student has ended it, in the air, whatever the teacher does on; without end where there was
+/// no force to be ended.
 pub(super) fn ticks_to_end(method: MethodKind) -> f64 {
-    let slowest = strongest().map(|guidance| {
-        let mut bench = Bench::new(&Scene::of(method));
-        let at_m = Bench::TOUCHING_M + glam::Vec3::X * 0.02;
-        bench.net.tell(GuideNews::Guided(Some(guidance)));
-        let tick = |bench: &mut Bench| {
-            let heard = GuideNews::Teacher(Tick(bench.local()), at_m + glam::Vec3::Z * 0.01);
-            bench.net.tell(heard);
-            bench.tick(Some(at_m)).0
-        };
-        for _ in 0..500 {
-            tick(&mut bench);
-        }
-        bench.net.status().end_guidance();
-        (1..1000).rev().find(|_| tick(&mut bench) != glam::Vec3::ZERO).map_or(1, |left| 1001 - left)
-    });
-    slowest.max().map_or(f64::INFINITY, f64::from)
+    strongest().map(|guidance| ticks_to_end_of(method, guidance)).fold(0.0, larger)
+}
+
+fn ticks_to_end_of(method: MethodKind, guidance: Guidance) -> f64 {
+    let mut bench = Bench::new(&Scene::of(method));
+    let at_m = Bench::TOUCHING_M + glam::Vec3::X * 0.02;
+    let lesson = lesson(guidance, Fate::GoesOn, None);
+    bench.net.tell(GuideNews::Guided(Some(guidance)));
+    // she moves, since a teacher at rest has given nothing to be felt with
+    let tick = |bench: &mut Bench| {
+        let heard = GuideNews::Teacher(Tick(bench.local()), teacher_m(bench.local(), &lesson));
+        bench.net.tell(heard);
+        bench.tick(Some(at_m)).0
+    };
+    let felt_n = (0..1000).map(|_| tick(&mut bench)).last();
+    if felt_n.is_none_or(|force_n| force_n == glam::Vec3::ZERO) {
+        return f64::INFINITY;
+    }
+    bench.net.status().end_guidance();
+    let with_force = (1..=1000).filter(|_| tick(&mut bench) != glam::Vec3::ZERO).last();
+    with_force.map_or(1.0, |last| f64::from(last + 1))
 }
 
 /// What a light hand that is led with half the strength is off by, over what it is off by when it only sees the teacher.

@@ -12,6 +12,7 @@ use pottery_shared::units::{Seconds, Tick};
 
 use super::bench::{Bench, Scene};
 use super::mechanism::{Grip, Mechanism};
+use crate::failures::larger;
 
 /// A place `depth_mm` deeper than where the tool just touches.
 fn deep(depth_mm: f32) -> Vec3 {
@@ -117,7 +118,7 @@ fn held_through_a_stall(method: MethodKind, deeper_mm: impl Fn(u16) -> f32) -> f
     let hands = held(method, Encoders::Exact, 1400, deeper_mm, |_, tick| STALLS.contains(&tick));
     let change = |pair: &[Vec3]| f64::from((pair[1] - pair[0]).length());
     let after = hands.iter().flat_map(|forces_n| forces_n[usize::from(STALLS.end) - 1..].windows(2).map(change));
-    after.fold(0.0, f64::max)
+    after.fold(0.0, larger)
 }
 
 fn told_to_stall(method: MethodKind) -> f64 {
@@ -149,7 +150,7 @@ pub(super) fn faults(method: MethodKind) -> f64 {
         let is_back = (0..400).any(|_| bench.tick(Some(deep(2.0))).0.x > 0.05);
         ticks.filter(|_| is_back).map_or(f64::INFINITY, f64::from)
     });
-    slowest.into_iter().fold(0.0, f64::max)
+    slowest.into_iter().fold(0.0, larger)
 }
 
 /// Largest change of force within 20 ms, over 7 % of it or 0.1 N, when the clay under the tool is suddenly 0.5 mm lower.
@@ -203,7 +204,7 @@ fn corrected(method: MethodKind, encoders: Encoders, by_m: f32) -> f64 {
         f64::from((last - first).length() / (0.07 * first.length()).max(0.1))
     };
     let all = held(method, encoders, TICKS, |_| 0.0, correct).into_iter().chain([told]);
-    all.flat_map(|forces_n| forces_n[usize::from(MADE)..].windows(21).map(jolt).collect::<Vec<_>>()).fold(0.0, f64::max)
+    all.flat_map(|forces_n| forces_n[usize::from(MADE)..].windows(21).map(jolt).collect::<Vec<_>>()).fold(0.0, larger)
 }
 
 /// What becomes of a tool that is thrown through a pot at 4 m/s.

@@ -95,7 +95,7 @@ pub struct Learnt {
 }
 
 /// Where the teacher's tool is, m: up and down along the wall, to and fro round it, in and out.
-fn teacher_m(ms: u64, lesson: &Lesson) -> Vec3 {
+pub(super) fn teacher_m(ms: u64, lesson: &Lesson) -> Vec3 {
     let turn = |hertz: f64, ms: u64| (std::f64::consts::TAU * hertz * ms as f64 * 1e-3).sin() as f32;
     let until = if lesson.fate == Fate::Stops { ms.min(FATE_MS) } else { ms };
     let angle = 0.5 * turn(0.23, until);

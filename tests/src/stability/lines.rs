@@ -13,7 +13,7 @@ use pottery_shared::snapshot::SnapshotClock;
 use super::bench::Scene;
 use super::mechanism::Grip;
 use super::online::{Held, Holder, Session, hold};
-use crate::failures::METHODS;
+use crate::failures::{METHODS, larger};
 use crate::line::{BurstLoss, Quality};
 use crate::simulation::{BURSTS, ms};
 
@@ -114,7 +114,7 @@ pub(super) fn quiet_round_trips(method: MethodKind, over: Over) -> f64 {
 /// The same from the hand's last sample on, where a round trip is long and no more than a packet in twenty is lost: most of them.
 pub(super) fn round_trips_of_the_hand(method: MethodKind) -> f64 {
     let long = [Over::Intercontinental, Over::Bursts];
-    long.map(|over| of(method, over).hand_s / over.round_trip_s()).into_iter().fold(0.0, f64::max)
+    long.map(|over| of(method, over).hand_s / over.round_trip_s()).into_iter().fold(0.0, larger)
 }
 
 /// Samples that were made and not pressed, on all lines.

@@ -463,8 +463,9 @@ pub const SCENARIOS: &[Scenario] = &[
         figure: "ticks until there is no force",
         unit: "",
         bound: Bound::AtMost(2.0),
-        reason: "as for a fault: the student's word counts before anybody else has heard it",
-        fails: NONE,
+        reason: "as for a fault: the student's word counts before anybody else has heard it; the published programs guide nobody, and what is \
+                 not felt does not end",
+        fails: PUBLISHED,
         measure: guided::ticks_to_end,
     },
     Scenario {

@@ -12,7 +12,7 @@ use super::bench::{Bench, Scene};
 use super::mechanism::Grip;
 use super::plane::bound_n_m;
 use crate::chart::csv::{Cell, Row};
-use crate::failures::METHODS;
+use crate::failures::{METHODS, larger, smaller};
 
 /// Delays of the table, s.
 const DELAYS_S: [f64; 4] = [0.0, 1e-3, 2e-3, 5e-3];
@@ -109,7 +109,7 @@ pub(super) fn about_a_line(depths: &[f64]) -> f64 {
 
 /// Farthest that any hand trembles on the clay at any of the delays, mm.
 pub(super) fn trembles(method: MethodKind) -> f64 {
-    of_method(method).map(|point| point.trembles_m).fold(0.0, f64::max) * 1e3
+    of_method(method).map(|point| point.trembles_m).fold(0.0, larger) * 1e3
 }
 
 /// Least stiffness that any hand feels at any of the delays, over that of the coupling for the delay.
@@ -117,5 +117,5 @@ pub(super) fn firmness(method: MethodKind) -> f64 {
     let coupling_n_m =
         |delay_s: f64| Coupling::tuned(&DeviceSpecs::OMNI, Tick::PERIOD, Seconds(delay_s as f32)).stiffness_n_m;
     let shares = of_method(method).map(|point| point.felt_n_m / f64::from(coupling_n_m(point.delay_s)));
-    shares.fold(f64::INFINITY, f64::min)
+    shares.fold(f64::INFINITY, smaller)
 }

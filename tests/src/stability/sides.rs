@@ -12,6 +12,7 @@ use super::bench::{Bench, Felt, Scene};
 use super::jolts;
 use super::mechanism::Grip;
 use super::online::{Holder, Session, hold};
+use crate::failures::larger;
 use crate::line::Quality;
 use crate::simulation::BURSTS;
 
@@ -56,8 +57,8 @@ struct Gone {
 impl Gone {
     fn worst(all: impl Iterator<Item = Self>) -> Self {
         all.fold(Self::default(), |worst, one| Self {
-            kick: worst.kick.max(one.kick),
-            through: worst.through.max(one.through),
+            kick: larger(worst.kick, one.kick),
+            through: larger(worst.through, one.through),
         })
     }
 }
@@ -89,14 +90,14 @@ fn length_s(places: &[Place]) -> f64 {
 /// What a hand felt on its way, and the clay after it.
 fn gone(method: MethodKind, felt: &[Felt], pot: &Pot) -> Gone {
     let stiffness_n_m = f64::from(jolts::stiffness_n_m(method, 0.2));
-    let fastest_m_s = felt.iter().map(|felt| felt.speed_m_s).fold(SPEED_M_S, f64::max);
+    let fastest_m_s = felt.iter().map(|felt| felt.speed_m_s).fold(SPEED_M_S, larger);
     let surface = &pot.surfaces()[0];
     let is_below = |felt: &Felt| felt.tool_m.is_some_and(|tool_m| tool_m.z < surface.height_m());
     let mut gone = Gone::default();
     for pair in felt.windows(2) {
         let [before, now] = [&pair[0], &pair[1]];
         let change_n = f64::from(now.force_n.distance(before.force_n));
-        gone.kick = gone.kick.max(change_n / (stiffness_n_m * fastest_m_s * 1e-3));
+        gone.kick = larger(gone.kick, change_n / (stiffness_n_m * fastest_m_s * 1e-3));
         let is_through = is_below(before) && is_below(now) && before.stood != now.stood;
         gone.through += f64::from(u8::from(is_through));
     }
@@ -161,9 +162,9 @@ pub(super) fn shaken_in_a_pinch(method: MethodKind) -> f64 {
         let holders = ways.map(|places| Holder::new(grip, move |seconds| on_the_way(&places, 0.0, seconds)));
         let held = hold(&session, &holders);
         let last = held.felt.iter().flat_map(|felt| felt.iter().rev().take(1000));
-        last.map(|felt| felt.speed_m_s).fold(0.0, f64::max) * 1e3
+        last.map(|felt| felt.speed_m_s).fold(0.0, larger) * 1e3
     });
-    shaken.into_iter().fold(0.0, f64::max)
+    shaken.into_iter().fold(0.0, larger)
 }
 
 /// Sides changed through the wall on any of these ways.

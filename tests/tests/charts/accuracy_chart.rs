@@ -9,6 +9,8 @@ use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 use pottery_shared::clay::MethodKind;
+use pottery_tests::chart::cases::Support;
+use pottery_tests::chart::closed_forms::LAWS;
 use pottery_tests::chart::entrant::{ENTRANTS, methods};
 use pottery_tests::chart::extent::Extent;
 use pottery_tests::chart::machine::Machine;
@@ -85,6 +87,8 @@ fn the_smallest_chart_is_whole() {
     every_error_is_a_number_that_is_not_negative();
     every_grid_is_timed_in_every_step_that_was_asked_for();
     cusps_grow_with_the_pitch();
+    a_wall_with_nothing_behind_it_gives_way_at_rest_and_on_the_way();
+    ours_keeps_to_every_law_that_can_be_written_down();
     progress_tells_of_every_piece_that_was_expected();
     chart_is_written_into_a_new_folder();
     every_picture_is_whole_and_shown_on_the_page();
@@ -166,6 +170,25 @@ fn cusps_grow_with_the_pitch() {
         let threads = CHART.figures.helix.iter().filter(|thread| thread.row == row);
         let own: Vec<f64> = threads.map(|thread| thread.cusps).collect();
         assert!(own.len() > 1 && own.windows(2).all(|pair| pair[0] < pair[1]), "{}: {own:?}", ENTRANTS[row].name);
+    }
+}
+
+fn a_wall_with_nothing_behind_it_gives_way_at_rest_and_on_the_way() {
+    let own = CHART.figures.forces.iter().filter(|force| ENTRANTS[force.row].name == "ours");
+    let [backed, hollow] =
+        [Support::Backed, Support::Hollow].map(|support| own.clone().rfind(|force| force.support == support).unwrap());
+    assert!(backed.travel_mm == 2.0 && hollow.travel_mm == 2.0, "{backed:?}, {hollow:?}");
+    // finite elements have a fifth of the force there
+    assert!(hollow.resting_n < 0.5 * backed.resting_n, "{hollow:?}, {backed:?}");
+    assert!(hollow.moving_n.unwrap() < 0.5 * backed.moving_n.unwrap(), "{hollow:?}, {backed:?}");
+}
+
+fn ours_keeps_to_every_law_that_can_be_written_down() {
+    let own: Vec<_> = CHART.figures.closed_forms.iter().filter(|form| ENTRANTS[form.row].name == "ours").collect();
+    assert_eq!(own.len(), LAWS.len());
+    for form in own {
+        let [least, most] = form.law.expected;
+        assert!((least..=most).contains(&form.ratio), "{form:?}");
     }
 }
 

@@ -10,9 +10,10 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use pottery_server::recording::Recording;
+use pottery_shared::clay::{MethodKind, Support};
 use pottery_tests::chart::network::codecs::Scheme;
 use pottery_tests::chart::network::prediction::{self, Case, Overlap};
-use pottery_tests::chart::network::{NetworkExtent, NetworkFigures, files, measure};
+use pottery_tests::chart::network::{NetworkExtent, NetworkFigures, Take, files, measure};
 use pottery_tests::chart::progress::{Piece, Progress};
 use pottery_tests::programs::{folder, program};
 
@@ -125,6 +126,23 @@ fn our_codec_is_within_five_per_cent_of_its_contexts_entropy_and_far_below_the_o
         let others = [Scheme::Cells, Scheme::Tiles, Scheme::TilesZstd1, Scheme::TilesZstd19, Scheme::TilesEntropy];
         assert!(others.into_iter().all(|other| ours < 0.5 * bytes(other)), "{session:?}");
     }
+}
+
+/// A hollow pot has three surfaces, and every scheme tells all of them.
+#[test]
+fn a_session_of_a_hollow_pot_is_told_in_every_scheme() {
+    let folder = folder("network-chart-hollow");
+    let take = Take { method: MethodKind::Plastic, support: Support::Hollow, people: 2, seconds: 1.5 };
+    let recorded = take.record(&folder).unwrap();
+    let extent = NetworkExtent { prediction: Vec::new(), takes: Vec::new(), subscribed: 0, ..NetworkExtent::quick() };
+    let mut progress = Progress::new(|_: &Piece<'_>| ());
+    let NetworkFigures { codecs, .. } = measure(&extent, &folder, &[recorded], &mut progress).unwrap();
+    assert_eq!(codecs.len(), Scheme::ALL.len());
+    println!("{codecs:?}");
+    let bytes = |scheme| codecs.iter().find(|figures| figures.scheme == scheme).unwrap().bytes;
+    assert!(codecs[0].snapshots > 50 && codecs[0].cells > 100.0, "{:?}", codecs[0]);
+    let others = [Scheme::Cells, Scheme::Tiles, Scheme::TilesZstd1, Scheme::TilesZstd19, Scheme::TilesEntropy];
+    assert!(others.into_iter().all(|other| bytes(Scheme::Ours) < bytes(other)), "{codecs:?}");
 }
 
 fn sessions_are_kept_and_whole() {

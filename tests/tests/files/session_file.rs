@@ -297,6 +297,19 @@ fn nobody_is_at_a_wheel_once_the_studio_was_closed() {
 }
 
 #[test]
+fn journal_that_nobody_asks_for_any_more_keeps_nothing() {
+    let mut studio = Studio::open(Room::new(config(MethodKind::Plastic, 48, 40)).unwrap());
+    studio.join(1, 1);
+    (0..400).for_each(|_| studio.step(held));
+    assert!(!studio.entries.is_empty());
+    studio.entries.clear();
+    studio.room.end_journal();
+    (0..600).for_each(|_| studio.step(held));
+    assert_ne!(studio.stood[999], studio.stood[399], "nothing was pressed after it");
+    assert!(studio.entries.is_empty());
+}
+
+#[test]
 fn session_that_goes_on_with_a_pot_begins_with_it() {
     let (_, _, room) = session(Room::new(config(MethodKind::Plastic, 48, 40)).unwrap(), 1200);
     let record = PotRecord::of(room.pot(0).unwrap());
@@ -306,6 +319,18 @@ fn session_that_goes_on_with_a_pot_begins_with_it() {
     assert_eq!(PotRecord::of(playback.replay().pot()), record);
     playback.advance(Tick(1499)).unwrap();
     assert_eq!(playback.replay().pot().digest(), stood[1499][0]);
+}
+
+#[test]
+fn session_of_the_largest_hollow_pot_can_be_read() {
+    let mut room = Room::new(config(MethodKind::Plastic, 2048, 2048)).unwrap();
+    room.keep_journal();
+    let first: Vec<_> = std::iter::from_fn(|| room.poll_journal()).filter(|entry| entry.wheel == 0).collect();
+    assert!(matches!(&first[..], [Entry { what: Happening::State(_), .. }]), "{} entries", first.len());
+    let mut writer = RecordingWriter::begin(Vec::new(), 1).unwrap();
+    writer.write(&first).unwrap();
+    let bytes = writer.finish(room.now()).unwrap();
+    assert_eq!(played(&bytes, 0).replay().pot(), room.pot(0).unwrap());
 }
 
 #[test]

@@ -8,7 +8,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use pottery_server::{Certificate, Helpers, server_config};
@@ -208,6 +208,91 @@ fn generator_that_starves_is_reported_and_not_taken_for_a_good_server() {
     assert!(run.dropped_sends > 0);
 }
 
+/// Starts a run of so many seconds and waits for its first measured one; the run, what it says further, and its server's process.
+fn begun(duration_s: &str) -> (Child, BufReader<ChildStderr>, String) {
+    let mut child =
+        load_test(&["--spawn", "--potters", "2", "--full-potters", "0", "--ramp", "0.2", "--warmup", "0.3"])
+            .args(["--duration", duration_s])
+            .args(PATIENT)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap());
+    let server = read_until(&mut lines, |line| line.starts_with("server "));
+    let server = server.split("process ").nth(1).unwrap().trim_end_matches([')', '\n']).to_owned();
+    read_until(&mut lines, |line| line.contains('%') && !line.contains('*'));
+    (child, lines, server)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn whoever_ends_a_run_ends_its_server_too() {
+    for which in ["-TERM", "-INT"] {
+        let (mut child, mut lines, server) = begun("3000");
+        signal(which, &child.id().to_string());
+        let mut said = String::new();
+        lines.read_to_string(&mut said).unwrap();
+        assert_eq!(ended(&mut child), Some(1), "{which}: {said}");
+        assert!(said.contains("interrupted"), "{which}: {said}");
+        assert!(!Path::new("/proc").join(&server).exists(), "{which}: the server goes on");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_waits_for_a_server_that_hangs_can_be_ended() {
+    let (mut child, mut lines, server) = begun("2");
+    signal("-STOP", &server);
+    // from here on it waits for what was pressed last, and for everybody's clay
+    read_until(&mut lines, |line| line.starts_with("100%"));
+    signal("-INT", &child.id().to_string());
+    let mut said = String::new();
+    lines.read_to_string(&mut said).unwrap();
+    assert!(ended(&mut child) == Some(1) && said.contains("interrupted"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_run_cost_that_is_measured_from_its_beginning_is_what_its_seconds_cost() {
+    let json = folder("load-at-once").join("run.json");
+    let mut arguments = vec!["--spawn", "--potters", "2", "--full-potters", "0", "--ramp", "0", "--warmup", "0"];
+    arguments.extend(["--duration", "3", "--quiet", "--json", json.to_str().unwrap()]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", told(&done));
+    let run = result(&json);
+    let mut from_s = 0.0;
+    let [mut server, mut generator] = [0.0; 2];
+    for second in &run.seconds {
+        let length_s = second.at_s - from_s;
+        server += second.server_cpu_percent.unwrap() * length_s;
+        generator += second.generator_cpu_percent.unwrap() * length_s;
+        from_s = second.at_s;
+    }
+    assert_eq!(from_s, run.measured_s);
+    // sums of the same figures
+    assert!((server / from_s - run.server_cpu_percent.unwrap()).abs() < 1e-6, "{server} in {from_s} s");
+    assert!((generator / from_s - run.generator_cpu_percent.unwrap()).abs() < 1e-6, "{generator} in {from_s} s");
+    let late: u64 = run.seconds.iter().filter_map(|second| second.late_ticks).sum();
+    let figures = run.server.unwrap();
+    assert!(figures.late_ticks_alone <= late && late <= figures.late_ticks, "{late}: {figures:?}");
+}
+
+#[test]
+fn soak_of_a_server_whose_memory_nobody_can_read_is_not_passed() {
+    let host = Host::spawn(&program("pottery-server"), None, &Plan::default()).unwrap();
+    let (address, code) = (host.address.to_string(), host.code.to_string());
+    let mut arguments = vec!["soak", "--server", &address, "--code", &code, "--potters", "1", "--spectators", "0"];
+    arguments.extend(["--ramp", "0.2", "--warmup", "0.3", "--duration", "2", "--quiet"]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(99), "{}", told(&done));
+    for words in ["memory of the server not measured", "its late ticks not told", "--spawn"] {
+        assert!(told(&done).contains(words), "{words}: {}", told(&done));
+    }
+}
+
 #[test]
 fn everybody_comes_again_after_the_network_was_away() {
     let folder = folder("load-storm");
@@ -236,6 +321,8 @@ fn strangers_who_try_codes_are_counted_and_the_class_works_on() {
     let run = result(&json);
     let strangers = run.strangers.as_ref().expect("they came");
     assert!(strangers.knocks_per_s > 10.0, "{strangers:?}");
+    // the first, before the doorkeeper lets the others wait
+    assert!(strangers.answered_per_s > 0.0 && strangers.answered_per_s <= strangers.knocks_per_s, "{strangers:?}");
     assert!(strangers.quiet_age_ms.count > 0 && strangers.besieged_age_ms.count > 0, "{strangers:?}");
     assert_eq!((run.compared, run.broken, run.failed_joins), (6, 0, 0), "{:?}", run.said);
 }
@@ -379,6 +466,10 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
         (&["--spawn", "--scenario", "nowhere"][..], "class-arrives"),
         (&["--spawn", "--potters", "100000"], "potters = 100000 cannot be used"),
         (&["--server", "192.168.1.20:4747", "--code", "K7QM-3XPD"], "--beyond-loopback"),
+        (
+            &["--server", "192.0.2.1:4747", "--code", "K7QM-3XPD", "--scenario", "strangers", "--beyond-loopback"],
+            "strangers knock at servers on this machine alone",
+        ),
         (&["--spawn", "--threshold", "input_delta<5"], "there is no figure"),
         (&["--potters", "1"], "--spawn"),
     ] {
@@ -390,6 +481,10 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
     let help = told(&output(&["--help"]));
     for word in ["Examples:", "Exit codes:", "invalid", "knee", "soak", "schedule_lag_ms"] {
         assert!(help.contains(word), "--help does not say {word}");
+    }
+    for scenario in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/load")).unwrap() {
+        let name = scenario.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
+        assert!(help.contains(&name), "--help does not name the scenario {name}");
     }
 }
 

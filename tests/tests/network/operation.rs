@@ -14,9 +14,11 @@ use std::time::{Duration, Instant};
 
 use pottery_client::device::ScriptedDevice;
 use pottery_client::stroke::Stroke;
-use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint};
+use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_config, endpoint};
 use pottery_files::pot_file::PotFile;
 use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
+use pottery_shared::clay::{Conditions, Pot, PotSpec};
+use pottery_shared::units::Tick;
 use pottery_tests::programs::{folder, program};
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -135,6 +137,32 @@ impl Own {
     }
 }
 
+#[test]
+fn pots_that_are_kept_and_of_another_make_than_is_asked_for_are_told_of() {
+    let data = folder("unlike");
+    let pot = Pot::new(PotSpec::default()).unwrap();
+    PotFile::of(&pot, &Conditions::default(), Tick(0)).write(&data.join("wheel-1.pot")).unwrap();
+    let logged = |flags: &[&str]| {
+        let mut command = Command::new(program("pottery-server"));
+        command.args(["--listen", "127.0.0.1:0", "--data", data.to_str().unwrap()]).args(flags);
+        let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut own = Own::new(child);
+        assert!(terminate(&mut own.child));
+        let mut log = String::new();
+        own.child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+        log
+    };
+    let same = logged(&[]);
+    assert!(!same.contains("gone on with"), "{same}");
+    let other = logged(&["--support", "hollow", "--method", "improved"]);
+    for words in
+        ["gone on with as they are: backed", "--fresh): hollow", "the plastic method are gone on with by the improved"]
+    {
+        assert!(other.contains(words), "{words}: {other}");
+    }
+    fs::remove_dir_all(data).unwrap();
+}
+
 /// A disk that takes a kilobyte a file and no more, as the shell limits it.
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -165,7 +193,7 @@ async fn on_a_full_disk_the_lesson_goes_on_and_a_pot_that_was_kept_stays() {
         assert!(began.elapsed() < PATIENCE, "nobody says that the pot is not written");
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    assert!(get(operate, "/readyz").ends_with("takes people in\n"));
+    assert!(get(operate, "/readyz").ends_with("the room answers\n"));
     press(&own.target(1), 0.5).await;
     assert!(!terminate(&mut own.child), "a pot is lost");
     let mut log = String::new();
@@ -238,7 +266,7 @@ async fn operators_are_answered_on_this_machine_and_nothing_else_is() {
     let server = Server::start(ServerConfig { wheels: 3, operate, ..config() }).unwrap();
     let address = server.operated_at().unwrap();
     assert!(get(address, "/livez").starts_with("HTTP/1.1 200 OK"));
-    assert!(get(address, "/readyz").ends_with("takes people in\n"));
+    assert!(get(address, "/readyz").ends_with("the room answers\n"));
     let own = endpoint().unwrap();
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,100\n").unwrap())));
     let potter = Potter::join(&own, &target(&server, 2), device, PotterOptions::default()).await.unwrap();
@@ -304,6 +332,30 @@ async fn who_guesses_codes_is_kept_waiting_and_the_class_works_on() {
     let late = tokio::time::timeout(PATIENCE, Onlooker::join(&own, &right, 100_000)).await.unwrap().unwrap();
     late.leave().await.unwrap();
     inside.leave().await.unwrap();
+    server.stop().await;
+}
+
+/// A room for one person has 256 places for those who only knock, from wherever they come.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_only_knocks_takes_no_more_places_than_there_are_and_whoever_means_it_comes_in() {
+    const PLACES: usize = 257;
+    let server = Server::start(ServerConfig { people_max: 1, is_announced: false, ..config() }).unwrap();
+    let knocking = endpoint().unwrap();
+    let knock = || {
+        let config = client_config(server.code()).unwrap();
+        knocking.connect_with(config, server.address(), "pottery").unwrap()
+    };
+    let mut held = Vec::new();
+    for number in 0..PLACES {
+        held.push(knock().await.unwrap_or_else(|error| panic!("knock {number}: {error}")));
+    }
+    // they say nothing, and are held for ten seconds
+    assert!(tokio::time::timeout(Duration::from_millis(500), knock()).await.is_err(), "there is a place more");
+    for connection in held.drain(..) {
+        connection.close(0_u32.into(), b"");
+    }
+    press(&target(&server, 1), 0.2).await;
+    knocking.close(0_u32.into(), b"");
     server.stop().await;
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct ChartFlags {
     /// Folder for the figures, the pictures and index.md, which shows them; made when it is not there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Under five minutes: fewer steps and pitches, and without the yardsticks that take long
+    /// Under five minutes: fewer steps, travels and pitches
     #[arg(long)]
     quick: bool,
     /// Written into the files as the day of the measurement

@@ -17,6 +17,7 @@ use pottery_tests::load::law;
 use pottery_tests::load::plan::{Plan, Sight};
 use pottery_tests::load::run::{Against, Options};
 use pottery_tests::load::schedule::Punctuality;
+use pottery_tests::load::stop::Stop;
 use pottery_tests::load::threshold::Threshold;
 
 const TEACHES: &str = "\
@@ -36,16 +37,17 @@ Examples:
   load-test soak --spawn --scenario soak --duration 600
       whether memory grows and ticks come late
 
-Scenarios: class-arrives, lesson, one-wheel, exhibition, join-storm, slow-readers, flapping, soak, smoke; or a TOML or JSON
-file with the same entries as those in tests/data/load/.
+Scenarios: class-arrives, lesson, one-wheel, exhibition, join-storm, slow-readers, flapping, strangers, soak, smoke; or a TOML
+or JSON file with the same entries as those in tests/data/load/.
 
 How to read it: inputs are due every 10 ms whatever the server does, and input_delta_ms runs from the moment at which one
 was due to the clay that holds it. The uncorrected figure runs from when it was sent. If the generator is late itself
 (schedule_lag_ms of those who press, look_lag_ms of those who look on), the run is invalid: it says nothing of the server.
 A star marks seconds that are left out of the figures.
 
-Exit codes: 0 every threshold holds, 99 one is broken, 98 the run is invalid, 97 somebody's clay is not the server's,
-2 a flag makes no sense, 1 anything else.";
+Exit codes: 0 every threshold holds, 99 one is broken, 98 the run is invalid, 97 somebody's clay is not the server's or could
+not be told, 2 a flag makes no sense, 1 anything else. Of knee: 0 some load held, whatever broke beyond it, 99 none did. Of soak: 99
+also where memory grew, or could not be measured.";
 
 /// Puts a pottery server under load and says how it bears it: real QUIC, real strokes, no window and no hand's thread.
 #[derive(Debug, Parser)]
@@ -59,7 +61,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Raise the load until a threshold breaks, and draw it; it ends with a run that is invalid, and exit code 98
+    /// Raise the load until a threshold breaks, and draw it; a run that is invalid ends it, with exit code 98
     Knee(KneeFlags),
     /// Go through twelve loads, and say what each wheel, potter and looker-on costs the server
     Law(LawFlags),
@@ -242,6 +244,7 @@ impl RunFlags {
             aborts: self.abort_on_fail,
             threads: usize::from(self.threads),
             is_told: !self.quiet,
+            stop: Stop::caught()?,
         })
     }
 
@@ -252,6 +255,13 @@ impl RunFlags {
                     return Err(format!(
                         "{address} is not on this machine: a load test may keep others from their work, so ask first and \
                          say --beyond-loopback"
+                    )
+                    .into());
+                }
+                if !is_loopback(address) && self.plan()?.strangers_per_s > 0 {
+                    return Err(format!(
+                        "strangers knock at servers on this machine alone, and {address} is not on it: choose another scenario, or \
+                         --strangers 0"
                     )
                     .into());
                 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use pottery_shared::clay::Pot;
+use pottery_shared::clay::{Pot, Surface};
 use pottery_shared::snapshot::{Ledger, Replica, SnapshotClock, TileLayout, Touched, quantise};
 use pottery_shared::units::Tick;
 
@@ -99,10 +99,11 @@ pub(super) fn measure(name: &str, clay: &mut Clay) -> Result<Vec<CodecFigures>, 
     let mut follower = Follower::new(untouched.clone());
     let mut ledger = Ledger::new(&untouched);
     let mut replica = Replica::new(untouched.clone());
-    let layout = TileLayout::new(untouched.spec().shape);
-    let steps = |pot: &Pot| -> Vec<u16> { pot.surfaces()[0].radii_m().iter().copied().map(quantise).collect() };
+    let layouts: Vec<_> = untouched.surfaces().iter().map(Surface::shape).map(TileLayout::new).collect();
+    let steps = |surface: &Surface| -> Vec<u16> { surface.radii_m().iter().copied().map(quantise).collect() };
+    let steps = |pot: &Pot| -> Vec<Vec<u16>> { pot.surfaces().iter().map(steps).collect() };
     let mut before = steps(&untouched);
-    let mut news = Touched::none([untouched.spec().shape].into_iter());
+    let mut news = Touched::none(untouched.surfaces().iter().map(Surface::shape));
     let mut sums = Sums::default();
     let (first, last) = clay.span();
     for tick in (first.0..=last.0).map(Tick).filter(|tick| SnapshotClock::default().is_due(*tick)) {
@@ -111,11 +112,15 @@ pub(super) fn measure(name: &str, clay: &mut Clay) -> Result<Vec<CodecFigures>, 
         let Some(bytes) = follower.follow(clay.pot(), clay.moment(tick)) else { continue };
         let is_read = ledger.read(&bytes)
             && replica.apply_delta(follower.author.latest(), &bytes, &mut news).is_ok()
-            && replica.pot().surfaces()[0].radii_m() == clay.pot().surfaces()[0].radii_m();
+            && replica.pot().surfaces().iter().map(Surface::radii_m).eq(clay
+                .pot()
+                .surfaces()
+                .iter()
+                .map(Surface::radii_m));
         if !is_read {
             return Err(NetworkError::Unlike { name: name.to_owned(), tick: tick.0 });
         }
-        sums.note(layout, &before, &now);
+        sums.note(&layouts, &before, &now);
         sums.add(Scheme::Ours, bytes.len());
         before = now;
     }
@@ -137,16 +142,39 @@ impl Sums {
         *self.bytes.entry(scheme).or_default() += bytes as f64;
     }
 
-    /// Tells a snapshot in the simpler schemes.
-    fn note(&mut self, layout: TileLayout, before: &[u16], now: &[u16]) {
-        let mut cells = Vec::new();
-        for (at, (now, _)) in (0..).zip(now.iter().zip(before)).filter(|(_, (now, before))| now != before) {
+    /// Tells a snapshot in the simpler schemes: the cells and tiles of one surface after another's.
+    fn note(&mut self, layouts: &[TileLayout], before: &[Vec<u16>], now: &[Vec<u16>]) {
+        let (mut cells, mut tiles) = (Vec::new(), Vec::new());
+        let both = before.iter().flatten().zip(now.iter().flatten());
+        for (at, (_, now)) in (0..).zip(both).filter(|(_, (before, now))| before != now) {
             put(&mut cells, at);
             put(&mut cells, u32::from(*now));
             self.cells += 1;
         }
+        let (mut first, mut last) = (0, 0);
+        for (layout, (before, now)) in layouts.iter().zip(before.iter().zip(now)) {
+            self.note_tiles(layout, (before, now), &mut tiles, first, &mut last);
+            first += layout.tiles();
+        }
+        self.snapshots += 1;
+        self.add(Scheme::Cells, cells.len());
+        self.add(Scheme::Tiles, tiles.len());
+        for (scheme, level) in [Scheme::TilesZstd1, Scheme::TilesZstd19].into_iter().zip(LEVELS) {
+            let packed = zstd::bulk::compress(&tiles, level).expect("what is in memory can be packed");
+            self.add(scheme, packed.len());
+        }
+    }
+
+    /// Appends the changed tiles of a surface, which are numbered from `first` on; `last` is the number that was told last.
+    fn note_tiles(
+        &mut self,
+        layout: &TileLayout,
+        (before, now): (&[u16], &[u16]),
+        tiles: &mut Vec<u8>,
+        first: u32,
+        last: &mut u32,
+    ) {
         let rows = layout.shape().rows() as usize;
-        let (mut tiles, mut last) = (Vec::new(), 0);
         for tile in 0..layout.tiles() {
             let window = layout.window(tile);
             let place = |column: u32| column as usize * rows + window.first_row as usize;
@@ -156,23 +184,16 @@ impl Sums {
                 continue;
             }
             let named = tiles.len();
-            put(&mut tiles, tile - last);
+            put(tiles, first + tile - *last);
             self.names += (tiles.len() - named) as u64;
-            last = tile;
+            *last = first + tile;
             for column in columns {
                 for at in place(column)..place(column) + height {
                     let difference = i32::from(now[at]) - i32::from(before[at]);
                     *self.differences.entry(difference).or_default() += 1;
-                    put(&mut tiles, ((difference << 1) ^ (difference >> 31)) as u32);
+                    put(tiles, ((difference << 1) ^ (difference >> 31)) as u32);
                 }
             }
-        }
-        self.snapshots += 1;
-        self.add(Scheme::Cells, cells.len());
-        self.add(Scheme::Tiles, tiles.len());
-        for (scheme, level) in [Scheme::TilesZstd1, Scheme::TilesZstd19].into_iter().zip(LEVELS) {
-            let packed = zstd::bulk::compress(&tiles, level).expect("what is in memory can be packed");
-            self.add(scheme, packed.len());
         }
     }
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use pottery_client::device::Device;
-use pottery_shared::clay::{MethodKind, Phase, Pot, Wheel};
+use pottery_shared::clay::{MethodKind, Phase, Pot, Support, Wheel};
 use pottery_shared::haptics::{DeviceSpecs, Setup, Stages};
 use pottery_shared::room::Happening;
 use pottery_shared::snapshot::SnapshotClock;
@@ -193,6 +193,7 @@ pub fn measure(case: &Case, seconds: f64, folder: &Path) -> Result<PredictionFig
     let scene = Scene {
         seed: 7 + u64::from(case.round_trip_ms) + 1000 * u64::from(case.loss_percent),
         method: MethodKind::Plastic,
+        support: Support::Backed,
         wheel_speed: WHEEL_SPEED,
         line: case.line(),
         seconds: SETTLES_S + seconds,

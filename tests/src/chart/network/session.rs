@@ -11,7 +11,7 @@ use glam::Vec3;
 use pottery_client::device::Device;
 use pottery_client::stroke::Stroke;
 use pottery_server::recording::{Playback, Recording};
-use pottery_shared::clay::{MethodKind, Pot};
+use pottery_shared::clay::{MethodKind, Pot, Support};
 use pottery_shared::haptics::DeviceSpecs;
 use pottery_shared::room::Happening;
 use pottery_shared::snapshot::Moment;
@@ -35,6 +35,8 @@ const STROKES: [&str; 4] = [
 pub struct Take {
     /// How the clay gives way.
     pub method: MethodKind,
+    /// What holds its wall.
+    pub support: Support,
     /// How many press, up to four.
     pub people: usize,
     /// For how long, s.
@@ -50,9 +52,10 @@ impl Take {
             MethodKind::Original => "the original's",
             MethodKind::Improved => "the improved method's",
         };
+        let hollow = if self.support == Support::Hollow { ", hollow," } else { "" };
         match self.people {
-            1 => format!("{clay} and one hand"),
-            people => format!("{clay} and {people} hands"),
+            1 => format!("{clay}{hollow} and one hand"),
+            people => format!("{clay}{hollow} and {people} hands"),
         }
     }
 
@@ -62,10 +65,12 @@ impl Take {
     /// [`StudioError`].
     pub fn record(&self, folder: &Path) -> Result<PathBuf, StudioError> {
         let method = format!("{:?}", self.method).to_lowercase();
-        let file = folder.join(format!("{method}-{}.session", self.people));
+        let hollow = if self.support == Support::Hollow { "-hollow" } else { "" };
+        let file = folder.join(format!("{method}{hollow}-{}.session", self.people));
         let scene = Scene {
             seed: 1,
             method: self.method,
+            support: self.support,
             wheel_speed: Rpm(60.0),
             line: Quality::HOME,
             seconds: self.seconds,

@@ -12,7 +12,7 @@ use pottery_client::boundary::Status;
 use pottery_client::device::Device;
 use pottery_client::{Command, HapticLoop, JoinError, NetworkReport, Seat};
 use pottery_server::ServerConfig;
-use pottery_shared::clay::{MethodKind, Pot};
+use pottery_shared::clay::{MethodKind, Pot, PotSpec, Support};
 use pottery_shared::units::{Rpm, Tick};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until};
@@ -46,6 +46,7 @@ pub enum StudioError {
 pub(super) struct Scene<'a> {
     pub(super) seed: u64,
     pub(super) method: MethodKind,
+    pub(super) support: Support,
     pub(super) wheel_speed: Rpm,
     /// Of everybody's line, each way.
     pub(super) line: Quality,
@@ -85,6 +86,7 @@ pub(super) fn play(
     in_virtual_time(async {
         let config = ServerConfig {
             method: scene.method,
+            pot: PotSpec { support: scene.support, ..PotSpec::default() },
             wheel_speed: scene.wheel_speed,
             record: Some(scene.file.to_owned()),
             ..ServerConfig::default()
