@@ -68,9 +68,9 @@ Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose ed
 tool file is STL or OBJ in millimetres: one closed convex solid of at most 20,480 triangles; x points away from the axis.
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
-wheel sets how deep it presses, right button drags the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
+wheel sets how deep it presses, right button or left/right turns the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
 X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view, M sound,
-Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
+Ctrl+S saves the pot, Ctrl+E exports it, Esc closes what is open, or leaves.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

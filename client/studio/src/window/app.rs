@@ -24,7 +24,7 @@ use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
-use winit::keyboard::{Key, ModifiersState, NamedKey};
+use winit::keyboard::ModifiersState;
 use winit::window::WindowId;
 
 use self::shown::Shown;
@@ -630,17 +630,7 @@ impl ApplicationHandler<Call> for App {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             // a key that was down already when the window came to the front was pressed for another one
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if event.state == ElementState::Pressed => {
-                if event.logical_key == Key::Named(NamedKey::Enter) {
-                    if !event.repeat {
-                        self.switch_force(is_panels);
-                    }
-                    return;
-                }
-                // what is typed into the panel is for it alone
-                if is_panels && !self.modifiers.control_key() {
-                    return;
-                }
-                self.key(event_loop, &event.logical_key);
+                self.press_key(event_loop, &event, is_panels);
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.moved(Vec2::new(position.x as f32, position.y as f32));
@@ -669,7 +659,10 @@ impl ApplicationHandler<Call> for App {
                     (if pixels.y == 0.0 { pixels.x } else { pixels.y }) as f32 / 40.0
                 }
             }),
-            WindowEvent::Focused(false) => self.hand.press_button(false),
+            WindowEvent::Focused(false) => {
+                self.hand.press_button(false);
+                self.turning_view = false;
+            }
             _ => {}
         }
     }

@@ -603,7 +603,10 @@ impl ApplicationHandler<Call> for Looker {
                 }
             }
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
-                if event.state == ElementState::Pressed && !is_panels =>
+                // Esc leads back once, not further while it is held down
+                if event.state == ElementState::Pressed
+                    && !is_panels
+                    && !(event.repeat && event.logical_key == Key::Named(NamedKey::Escape)) =>
             {
                 self.key(event_loop, &event.logical_key);
             }
@@ -619,6 +622,7 @@ impl ApplicationHandler<Call> for Looker {
                 };
                 self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
             }
+            WindowEvent::Focused(false) => self.is_turning_view = false,
             _ => {}
         }
     }

@@ -195,10 +195,10 @@ impl Player {
         Ok(())
     }
 
-    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key, is_repeated: bool) {
         match key.as_ref() {
             Key::Named(NamedKey::Escape) => event_loop.exit(),
-            Key::Named(NamedKey::Space) => self.play(!self.is_playing),
+            Key::Named(NamedKey::Space) if !is_repeated => self.play(!self.is_playing),
             Key::Named(NamedKey::ArrowLeft) => self.wish_s = Some(self.session.at_s() - LEAP_S),
             Key::Named(NamedKey::ArrowRight) => self.wish_s = Some(self.session.at_s() + LEAP_S),
             Key::Named(NamedKey::Home) => self.wish_s = Some(0.0),
@@ -266,7 +266,7 @@ impl ApplicationHandler<Call> for Player {
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
                 if event.state == ElementState::Pressed && !is_panels =>
             {
-                self.key(event_loop, &event.logical_key);
+                self.key(event_loop, &event.logical_key, event.repeat);
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(Vec2::new(position.x as f32, position.y as f32)),
             WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
@@ -279,6 +279,7 @@ impl ApplicationHandler<Call> for Player {
                 };
                 self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
             }
+            WindowEvent::Focused(false) => self.is_turning_view = false,
             _ => {}
         }
     }
