@@ -45,8 +45,8 @@ pub struct HapticLoop {
     last_stamp: Option<Tick>,
     /// The teacher's tool and how it is turned, as last heard of.
     teachers_grip: Option<Grip>,
-    /// Where the last sample was pressed, while a tool is in the hand.
-    last_centre: Option<Position>,
+    /// The local tick in which the last sample was pressed, and where, while a tool is in the hand.
+    last_pressed: Option<(u64, Position)>,
     /// The last turn, counted at the loop's rate.
     last_turn: u64,
     /// Whether no tool was in the hand in the last turn, so that there is nothing to be felt.
@@ -120,7 +120,7 @@ impl HapticLoop {
             catching_up: false,
             last_stamp: None,
             teachers_grip: None,
-            last_centre: None,
+            last_pressed: None,
             last_turn: 0,
             is_empty: false,
             still_ticks: 0,
@@ -166,7 +166,7 @@ impl HapticLoop {
                 self.last_stamp = Some(stamp);
                 self.felt = match self.side.status.is_pointing() {
                     true => self.point(stamp, grip, centre),
-                    false => self.press(stamp, grip, centre, dt),
+                    false => self.press(stamp, grip, centre, local),
                 };
             }
             (None, _) => self.let_go(),
@@ -255,13 +255,13 @@ impl HapticLoop {
 
     /// Forgets where the tool was, which is not there any more.
     const fn put_away(&mut self) {
-        (self.last_centre, self.still_ticks) = (None, 0);
+        (self.last_pressed, self.still_ticks) = (None, 0);
         (self.sent, self.withheld) = (None, None);
     }
 
-    /// Gives the force, unless the person wants none.
+    /// Gives the force, unless the person wants none or the device gives none.
     fn give(&mut self) {
-        if self.side.status.is_force_off() {
+        if self.side.status.is_force_off() || self.device.rests() {
             self.haptics.withhold();
             self.felt.force_n = Vec3::ZERO;
             self.felt.rub = Rub::default();
@@ -333,8 +333,8 @@ impl HapticLoop {
         self.send(sample)
     }
 
-    /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, tick: Tick, grip: Grip, centre: Position, dt: Seconds) -> Felt {
+    /// Sends the sample of a local tick on its way and presses it; one that cannot be sent is not pressed either.
+    fn press(&mut self, tick: Tick, grip: Grip, centre: Position, local: u64) -> Felt {
         let sample = self.sample(tick, grip, centre);
         let centre = sample.centre;
         let Some(Contact { force_n, elements, penetration_m, held_n, .. }) = self.meet(&sample) else {
@@ -343,12 +343,13 @@ impl HapticLoop {
         };
         let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, held_n, wet });
-        let last_centre = self.last_centre.replace(centre);
-        let is_still = elements == 0 && last_centre == Some(centre) && clay_velocity_m_s == Vec3::ZERO;
+        let last = self.last_pressed.replace((local, centre));
+        let (before, was_at) = last.unwrap_or((local, centre));
+        let is_still = elements == 0 && last.is_some() && was_at == centre && clay_velocity_m_s == Vec3::ZERO;
         self.still_ticks = if is_still { self.still_ticks.saturating_add(1) } else { 0 };
-        let before = last_centre.unwrap_or(centre);
         let rub = if elements > 0 {
-            let tool_velocity_m_s = (centre.point_m() - before.point_m()) / dt.0;
+            let since_s = local.saturating_sub(before).max(1) as f32 * Tick::PERIOD.0;
+            let tool_velocity_m_s = (centre.point_m() - was_at.point_m()) / since_s;
             let slip_m_s = clay_velocity_m_s.distance(tool_velocity_m_s);
             Rub { force_n: force_n.length(), slip_m_s, wetness: material.wetness().liquidity_index() }
         } else {
