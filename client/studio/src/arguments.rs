@@ -218,7 +218,7 @@ struct HostFlags {
     /// Somebody who looks on, and how closely; repeat it for more (headless)
     #[arg(long, value_enum, value_name = "DETAIL")]
     watch: Vec<WatchName>,
-    /// Record the own stroke (headless: the first potter's) to a file
+    /// Record the own stroke (headless: the first potter's) to a file, in which there is nothing yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Keep everything that happens at the wheel in a session file, which must not exist yet; see replay
@@ -249,7 +249,7 @@ struct JoinFlags {
     /// Trust the key that the studio shows, although it showed another one before (short codes)
     #[arg(long)]
     trust_new_key: bool,
-    /// Record the own stroke to a file
+    /// Record the own stroke to a file, in which there is nothing yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     #[command(flatten)]
@@ -659,13 +659,15 @@ fn window(
     Ok(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record })
 }
 
-/// Says now, not after an hour's work, that a recording cannot be written.
+/// Says now, not after an hour's work, that a recording cannot be written, or that one is there already.
 fn check_writable(path: Option<&PathBuf>) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
-    std::fs::OpenOptions::new()
+    let file = std::fs::OpenOptions::new()
         .append(true)
         .create(true)
         .open(path)
         .with_context(|| format!("the recording {} cannot be written; choose another file", path.display()))?;
+    let is_empty = file.metadata().is_ok_and(|about| about.len() == 0);
+    ensure!(is_empty, "there is something in {} already; choose another file for the recording", path.display());
     Ok(())
 }
