@@ -55,6 +55,7 @@ impl Shown {
                 let mut scale = fit.scale;
                 let range = Calibration::SCALE_MIN..=Calibration::SCALE_MAX;
                 let slider = egui::Slider::new(&mut scale, range).logarithmic(true).text(words.say("fitting-scale"));
+                let slider = slider.custom_formatter(|value, _| words.number(value, 2)).custom_parser(Words::parse);
                 if ui.add(slider).changed() {
                     answer = Some(Answer::Scale(scale));
                 }
