@@ -194,7 +194,7 @@ impl Monitor {
 
     /// Takes the tool from the device, and with it the force, and lets [`Monitor::place_m`] follow it; or gives the tool back.
     pub fn set_fitting(&self, is_fitting: bool) {
-        self.place_m.iter().for_each(|along| along.store(f32::NAN.to_bits(), Ordering::Relaxed));
+        self.lose_place();
         self.is_fitting.store(is_fitting, Ordering::Relaxed);
     }
 
@@ -209,6 +209,12 @@ impl Monitor {
     #[must_use]
     pub fn is_pressed(&self) -> bool {
         self.is_pressed.load(Ordering::Relaxed)
+    }
+
+    /// Says that it is not known where the device is: where it was is no place to fit it to. What its buttons did last stays, so that one
+    /// that is held down is not pressed anew when the device is back.
+    fn lose_place(&self) {
+        self.place_m.iter().for_each(|along| along.store(f32::NAN.to_bits(), Ordering::Relaxed));
     }
 
     /// True while the device is being fitted, which then hears where it is.
@@ -583,6 +589,9 @@ impl Device for DrivenDevice {
         if has_changed_hands {
             (self.is_pointer, self.is_another) = (is_pointer, true);
             (self.specs, self.found, self.interval_s) = (specs, found, interval_s);
+        }
+        if self.last.is_none() {
+            self.monitor.lose_place();
         }
         if is_pointer {
             // a tick without a tool between two that are in different places

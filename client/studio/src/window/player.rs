@@ -183,8 +183,8 @@ impl Player {
         deflection.follow(replay.pot(), (replay.conditions(), playback.tick()), &rack, &tools);
         let (camera, deflection) = (self.camera, Some(&*deflection));
         let scene = Scene { camera, phase, tools: &tools, rack: &rack, deflection, ..Scene::default() };
-        stage.draw(&Picture::Pot(&scene), shapes, if self.only_sharpens { Pace::Still } else { Pace::Moving })?;
-        self.is_dirty = false;
+        let pace = if self.only_sharpens { Pace::Still } else { Pace::Moving };
+        self.is_dirty = !stage.draw(&Picture::Pot(&scene), shapes, pace)?;
         if is_playing != self.is_playing {
             self.play(is_playing);
         }
