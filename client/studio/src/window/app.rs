@@ -524,7 +524,7 @@ impl App {
             labels::show(ui.ctx(), &self.panel.words, &self.camera, others, &tools);
             {
                 let view = self.potter.view().lock();
-                ghost::show(ui.ctx(), &self.camera, &view.guidance, &view.pot, self.drawn_phase);
+                ghost::show(ui.ctx(), &self.camera, &view.guidance, (&view.pot, self.drawn_phase), self.is_cut);
             }
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
