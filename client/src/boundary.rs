@@ -40,6 +40,8 @@ pub enum GuideNews {
 pub struct Status {
     /// What to add to a local tick to get the tick to stamp; written by the network's side.
     tick_offset: AtomicI64,
+    /// How often a connection took the place of another, whose ticks tell nothing of this one's; written by the network's side.
+    sessions: AtomicU32,
     /// The tool is to be lifted; written by the owner.
     lifted: AtomicBool,
     /// The room takes no presses; written by the network's side.
@@ -94,6 +96,15 @@ impl Status {
 
     pub(crate) fn set_tick_offset(&self, offset: i64) {
         self.tick_offset.store(offset, Ordering::Relaxed);
+    }
+
+    /// Says that ticks are another server's from now on.
+    pub(crate) fn begin_session(&self) {
+        self.sessions.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(crate) fn sessions(&self) -> u32 {
+        self.sessions.load(Ordering::Relaxed)
     }
 
     pub(crate) fn is_lifted(&self) -> bool {

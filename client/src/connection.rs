@@ -19,6 +19,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// A studio that is there and has not said whom it lets in by then is not going to: on a long line that loses much the question, and what the
 /// transport says of it, may be lost three times.
 const ANSWERS_WITHIN: Duration = Duration::from_secs(20);
+/// Other places to which a name leads that are tried as well.
+const OTHERS_MAX: usize = 3;
 /// A teacher who has let nobody in by then is not going to.
 const WAITS_FOR: Duration = Duration::from_secs(1800);
 
@@ -128,24 +130,27 @@ impl Target {
     /// # Errors
     /// [`JoinError::Address`] when no such host is found.
     pub async fn resolved(&self) -> Result<SocketAddr, JoinError> {
-        resolve(&self.address).await
+        Ok(resolve(&self.address).await?.0)
     }
 }
 
-async fn resolve(typed: &str) -> Result<SocketAddr, JoinError> {
+/// Where an address leads, and where else.
+async fn resolve(typed: &str) -> Result<(SocketAddr, Vec<SocketAddr>), JoinError> {
     let address = typed.trim();
     let bad = |reason: String| JoinError::Address { address: address.to_owned(), reason };
     if let Ok(known) = address.parse::<SocketAddr>() {
-        return Ok(known);
+        return Ok((known, Vec::new()));
     }
     let bare = address.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')).unwrap_or(address);
     let with_port = match bare.parse::<std::net::IpAddr>() {
-        Ok(ip) => return Ok(SocketAddr::new(ip, PORT)),
+        Ok(ip) => return Ok((SocketAddr::new(ip, PORT), Vec::new())),
         Err(_) if address.contains(':') => address.to_owned(),
         Err(_) => format!("{address}:{PORT}"),
     };
     let mut found = tokio::net::lookup_host(with_port).await.map_err(|error| bad(error.to_string()))?;
-    found.next().ok_or_else(|| bad("the name leads nowhere".into()))
+    let first = found.next().ok_or_else(|| bad("the name leads nowhere".into()))?;
+    let others = found.filter(|other| *other != first).take(OTHERS_MAX).collect();
+    Ok((first, others))
 }
 
 /// Connects, greets and waits for the answer, of which `open` makes a session; it is told the round trip.
@@ -169,22 +174,21 @@ pub(crate) async fn join_again<S>(
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
-    let address = target.resolved().await?;
+    let (first, others) = resolve(&target.address).await?;
     let config = transport::config_for(&target.code, target.known, round_trip)?;
-    let connecting = endpoint
-        .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)
-        .map_err(|error| JoinError::Network { reason: error.to_string() })?;
-    let unreachable = JoinError::Unreachable { address };
-    let connection = match timeout(PATIENCE, connecting).await {
-        Ok(Ok(connection)) => connection,
-        Ok(Err(error)) => {
-            return Err(match explain(error, address) {
-                JoinError::WrongServer { address } if target.code.print().is_none() => JoinError::NewKey { address },
-                error => error,
-            });
+    let mut reached = reach(endpoint, target, config.clone(), first).await.map(|connection| (first, connection));
+    for address in others {
+        // of the ways to a host, some may lead nowhere; what is said is why the first did
+        if !matches!(reached, Err(JoinError::Unreachable { .. } | JoinError::Network { .. })) {
+            break;
         }
-        Err(_) => return Err(unreachable),
-    };
+        match reach(endpoint, target, config.clone(), address).await {
+            Err(JoinError::Unreachable { .. } | JoinError::Network { .. }) => {}
+            other => reached = other.map(|connection| (address, connection)),
+        }
+    }
+    let (address, connection) = reached?;
+    let unreachable = JoinError::Unreachable { address };
     let round_trip = connection.rtt();
     let fingerprint = transport::fingerprint_of(&connection);
     let session = Session::raw(connection);
@@ -205,6 +209,26 @@ pub(crate) async fn join_again<S>(
             })
         }
         Err(_) => Err(unreachable),
+    }
+}
+
+/// Connects to one of the places to which a name leads.
+async fn reach(
+    endpoint: &quinn::Endpoint,
+    target: &Target,
+    config: quinn::ClientConfig,
+    address: SocketAddr,
+) -> Result<quinn::Connection, JoinError> {
+    let connecting = endpoint
+        .connect_with(config, reachable_from(endpoint, address), transport::SERVER_NAME)
+        .map_err(|error| JoinError::Network { reason: error.to_string() })?;
+    match timeout(PATIENCE, connecting).await {
+        Ok(Ok(connection)) => Ok(connection),
+        Ok(Err(error)) => Err(match explain(error, address) {
+            JoinError::WrongServer { address } if target.code.print().is_none() => JoinError::NewKey { address },
+            error => error,
+        }),
+        Err(_) => Err(JoinError::Unreachable { address }),
     }
 }
 

@@ -78,6 +78,11 @@ pub trait Device: Send {
         false
     }
 
+    /// Whether it gives no force for now, whatever it is told; when it does again, the force is to come by the ramp.
+    fn rests(&self) -> bool {
+        false
+    }
+
     /// How the chain between it and the clay is set up, given the method's share for a small device; asked as the specs are.
     ///
     /// A device whose force comes late says so here, one that plays a stroke turns stages off, and a share that a person has

@@ -15,7 +15,7 @@ use pottery_shared::protocol::{GuidanceEnd, NoGuidance, Request};
 use pottery_shared::session::{
     Client, GuidanceEvent, GuidancePair, GuidingHand, RemoteTool, guidance_wire, target_wire,
 };
-use pottery_shared::tool::{Orientation, Position, Tool};
+use pottery_shared::tool::{Orientation, Position, Side, Tool};
 use pottery_shared::units::Tick;
 
 use crate::boundary::{GuideNews, NetSide};
@@ -61,6 +61,8 @@ pub enum GuideCommand {
 pub struct LinePlace {
     /// Centre of the tool, in the pot's frame, m.
     pub at_m: Vec3,
+    /// Which face of the wall it is on.
+    pub side: Side,
     /// Whether the line begins here.
     pub begins: bool,
     /// When it was drawn.
@@ -273,9 +275,11 @@ fn draw(lines: &mut Vec<LinePlace>, hand: &GuidingHand, session: &Client) {
         return;
     }
     let at_m = session.conditions().phase(hand.tick).pot_from_room(hand.tool.centre.point_m());
-    let begins = lines.last().is_none_or(|last| hand.tick.since(last.tick) > LINE_GAP);
+    let side = hand.tool.side;
+    // over the rim no line goes on
+    let begins = lines.last().is_none_or(|last| hand.tick.since(last.tick) > LINE_GAP || last.side != side);
     if lines.len() == LINE_PLACES_MAX {
         lines.drain(..LINE_PLACES_MAX / 8);
     }
-    lines.push(LinePlace { at_m, begins, tick: hand.tick });
+    lines.push(LinePlace { at_m, side, begins, tick: hand.tick });
 }

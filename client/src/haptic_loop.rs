@@ -43,10 +43,12 @@ pub struct HapticLoop {
     side: HandSide,
     catching_up: bool,
     last_stamp: Option<Tick>,
+    /// Of which connection that is, counted as [`crate::boundary::Status`] does.
+    sessions: u32,
     /// The teacher's tool and how it is turned, as last heard of.
     teachers_grip: Option<Grip>,
-    /// Where the last sample was pressed, while a tool is in the hand.
-    last_centre: Option<Position>,
+    /// The local tick in which the last sample was pressed, and where, while a tool is in the hand.
+    last_pressed: Option<(u64, Position)>,
     /// The last turn, counted at the loop's rate.
     last_turn: u64,
     /// Whether no tool was in the hand in the last turn, so that there is nothing to be felt.
@@ -105,6 +107,9 @@ impl HapticLoop {
     /// ½·a·(4·T)² = 2·v·T, with a tick T and its speed v by then, which is what a contact may jump by at any time.
     pub const IDLE_TICKS: u64 = 4;
 
+    /// Ticks after which a tool whose samples tell the same place has not rested there, but was away: a wheel shows it to nobody any more.
+    pub(crate) const SHOWN_TICKS: i64 = 2 * RESTING_TICKS;
+
     /// A hand with `device` on its side of the boundary.
     #[must_use]
     pub fn new(device: Box<dyn Device>, mut side: HandSide) -> Self {
@@ -119,8 +124,9 @@ impl HapticLoop {
             side,
             catching_up: false,
             last_stamp: None,
+            sessions: 0,
             teachers_grip: None,
-            last_centre: None,
+            last_pressed: None,
             last_turn: 0,
             is_empty: false,
             still_ticks: 0,
@@ -155,6 +161,10 @@ impl HapticLoop {
     /// Does the tick of local number `local`: sample, follow, press, force, send; then a few steps towards the newest patch.
     pub fn tick(&mut self, local: u64) {
         let (reported, grip, dt) = self.read(local * self.rate.turns_a_tick());
+        let sessions = self.side.status.sessions();
+        if std::mem::replace(&mut self.sessions, sessions) != sessions {
+            self.last_stamp = None;
+        }
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.follow_teacher(stamp, dt);
         match (self.haptics.accept(reported, self.device.velocity(), dt), self.last_stamp) {
@@ -166,7 +176,7 @@ impl HapticLoop {
                 self.last_stamp = Some(stamp);
                 self.felt = match self.side.status.is_pointing() {
                     true => self.point(stamp, grip, centre),
-                    false => self.press(stamp, grip, centre, dt),
+                    false => self.press(stamp, grip, centre, local),
                 };
             }
             (None, _) => self.let_go(),
@@ -255,13 +265,13 @@ impl HapticLoop {
 
     /// Forgets where the tool was, which is not there any more.
     const fn put_away(&mut self) {
-        (self.last_centre, self.still_ticks) = (None, 0);
+        (self.last_pressed, self.still_ticks) = (None, 0);
         (self.sent, self.withheld) = (None, None);
     }
 
-    /// Gives the force, unless the person wants none.
+    /// Gives the force, unless the person wants none or the device gives none.
     fn give(&mut self) {
-        if self.side.status.is_force_off() {
+        if self.side.status.is_force_off() || self.device.rests() {
             self.haptics.withhold();
             self.felt.force_n = Vec3::ZERO;
             self.felt.rub = Rub::default();
@@ -333,8 +343,8 @@ impl HapticLoop {
         self.send(sample)
     }
 
-    /// Sends a sample on its way and presses it; one that cannot be sent is not pressed either.
-    fn press(&mut self, tick: Tick, grip: Grip, centre: Position, dt: Seconds) -> Felt {
+    /// Sends the sample of a local tick on its way and presses it; one that cannot be sent is not pressed either.
+    fn press(&mut self, tick: Tick, grip: Grip, centre: Position, local: u64) -> Felt {
         let sample = self.sample(tick, grip, centre);
         let centre = sample.centre;
         let Some(Contact { force_n, elements, penetration_m, held_n, .. }) = self.meet(&sample) else {
@@ -343,12 +353,13 @@ impl HapticLoop {
         };
         let (wet, Wet { clay_velocity_m_s, material, .. }) = self.wet(&sample, elements);
         let force_n = self.haptics.render(&Touch { centre, force_n, penetration_m, held_n, wet });
-        let last_centre = self.last_centre.replace(centre);
-        let is_still = elements == 0 && last_centre == Some(centre) && clay_velocity_m_s == Vec3::ZERO;
+        let last = self.last_pressed.replace((local, centre));
+        let (before, was_at) = last.unwrap_or((local, centre));
+        let is_still = elements == 0 && last.is_some() && was_at == centre && clay_velocity_m_s == Vec3::ZERO;
         self.still_ticks = if is_still { self.still_ticks.saturating_add(1) } else { 0 };
-        let before = last_centre.unwrap_or(centre);
         let rub = if elements > 0 {
-            let tool_velocity_m_s = (centre.point_m() - before.point_m()) / dt.0;
+            let since_s = local.saturating_sub(before).max(1) as f32 * Tick::PERIOD.0;
+            let tool_velocity_m_s = (centre.point_m() - was_at.point_m()) / since_s;
             let slip_m_s = clay_velocity_m_s.distance(tool_velocity_m_s);
             Rub { force_n: force_n.length(), slip_m_s, wetness: material.wetness().liquidity_index() }
         } else {
@@ -428,4 +439,38 @@ struct Measured {
     step_ns: Histogram<u64>,
     /// When the last tick began.
     previous: Option<Instant>,
+}
+
+#[cfg(test)]
+mod tests {
+    use pottery_shared::clay::{Conditions, Pot, PotSpec};
+    use pottery_shared::prediction::{Field, Patch};
+    use pottery_shared::tool::rack;
+
+    use super::*;
+    use crate::boundary::boundary;
+    use crate::device::pointer;
+
+    #[test]
+    fn a_hand_presses_on_at_a_server_that_counts_from_less() {
+        let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
+        let (side, mut net) = boundary(&Patch { field, conditions: Conditions::default(), rack: rack::standard() });
+        let (mut asked, device) = pointer();
+        let mut hand = HapticLoop::new(Box::new(device), side);
+        let target_m = Some(Vec3::new(0.1, 0.0, 0.1));
+        asked.write(crate::device::Pointer { target_m, ..Default::default() });
+        let mut stamps = |locals: std::ops::Range<u64>, net: &mut crate::boundary::NetSide| {
+            locals.for_each(|local| hand.tick(local));
+            let sent: Vec<_> = std::iter::from_fn(|| net.next_sample()).map(|sample| sample.tick.0).collect();
+            (sent.first().copied(), sent.last().copied())
+        };
+        net.status().set_tick_offset(3_600_000);
+        assert_eq!(stamps(1..100, &mut net).1, Some(3_600_099));
+        // a lead that goes back within a session sends no tick twice
+        net.status().set_tick_offset(3_599_998);
+        assert_eq!(stamps(100..110, &mut net).0, Some(3_600_100));
+        net.status().begin_session();
+        net.status().set_tick_offset(50);
+        assert_eq!(stamps(110..120, &mut net), (Some(160), Some(169)));
+    }
 }

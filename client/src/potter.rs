@@ -31,6 +31,8 @@ pub struct PotterOptions {
     pub claim: Claim,
     /// Whether the tool stays lifted until the wheel's clay is there, as for who has seen it already: a hand would press an untouched pot.
     pub waits: bool,
+    /// Whether the hand begins without force, as for somebody who has switched it off before.
+    pub is_force_off: bool,
 }
 
 /// What a potter's stay gave.
@@ -79,6 +81,7 @@ impl Seat {
         let view = SharedView::new(&session);
         let (hand, net_side) = boundary(&session.patch());
         let status = Arc::clone(&hand.status);
+        status.switch_force_off(options.is_force_off);
         let (commands, received) = mpsc::channel(64);
         view.lock().fingerprint = joined.fingerprint;
         let way_back = WayBack::new(endpoint.clone(), target, purpose, joined.fingerprint);

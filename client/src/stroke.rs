@@ -76,7 +76,7 @@ pub enum SampleError {
     },
     /// The place is not a number or too far away; give mm in the room's frame.
     #[error(
-        "the tool is {distance_mm} mm from the foot of the pot, farther than {max_mm} mm: give millimetres, with the \
+        "the tool is {distance_mm:.1} mm from the foot of the pot, farther than {max_mm} mm: give millimetres, with the \
          wheel's axis at x = y = 0"
     )]
     TooFar {

@@ -19,6 +19,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
 
+use crate::HapticLoop;
 use crate::boundary::NetSide;
 use crate::connection::Joined;
 use crate::guiding::{GuideCommand, Guiding};
@@ -39,6 +40,8 @@ const FETCHES_PER_LOOK: u32 = 20;
 const FETCHES_OF_REST: u32 = 10;
 /// A rebase is followed by at least this many times its own length without one.
 const REBASE_REST: u32 = 4;
+/// Ticks without a sample after which a tool that is then elsewhere was away.
+const GAP_TICKS: i64 = 100;
 /// Time in which the last presses are confirmed before leaving.
 const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 
@@ -135,6 +138,13 @@ pub struct Worker {
     records: bool,
     first_recorded: Option<ToolSample>,
     last_recorded: Option<ToolSample>,
+}
+
+/// Whether the tool was away between two samples: of one that rests few are sent, and the last right before it moves.
+fn was_away(before: &ToolSample, after: &ToolSample) -> bool {
+    let ticks = after.tick.since(before.tick);
+    let is_still = ToolSample { tick: after.tick, ..*before } == *after;
+    ticks > if is_still { HapticLoop::SHOWN_TICKS } else { GAP_TICKS }
 }
 
 impl Worker {
@@ -313,7 +323,7 @@ impl Worker {
         let first = *self.first_recorded.get_or_insert(sample);
         recording.hold(sample.tool);
         // a tool that was away is lifted in the file as well
-        if self.last_recorded.is_some_and(|last| sample.tick.since(last.tick) > 100) {
+        if self.last_recorded.is_some_and(|last| was_away(&last, &sample)) {
             recording.lift();
         }
         let seconds = sample.tick.since(first.tick) as f64 * 1e-3;
@@ -459,5 +469,26 @@ impl Worker {
         report.steps.unlike += steps.unlike;
         report.down_bytes += stats.udp_rx.bytes;
         report.up_bytes += stats.udp_tx.bytes;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pottery_shared::tool::{Orientation, Position, Side, Tool};
+    use pottery_shared::units::Tick;
+
+    use super::*;
+
+    #[test]
+    fn a_tool_that_rests_is_not_away_and_one_that_comes_back_elsewhere_was() {
+        let (tool, orientation, side) = (Tool::default(), Orientation::default(), Side::default());
+        let at = |tick, x| ToolSample { tick: Tick(tick), tool, orientation, centre: Position([x, 0, 0]), side };
+        let resting = at(1000, 70);
+        // as a loop that does one tick of four sends it, and the first that moves
+        for (before, after) in [(resting, at(1253, 70)), (at(1253, 70), at(1290, 70)), (at(1290, 70), at(1291, 71))] {
+            assert!(!was_away(&before, &after), "{before:?}, {after:?}");
+        }
+        assert!(was_away(&resting, &at(1101, 71)));
+        assert!(was_away(&resting, &at(1501, 70)));
     }
 }

@@ -164,6 +164,8 @@ struct Motion {
 impl Haptics {
     /// Farthest that counts as a movement within a millisecond, m: 5 m/s.
     pub const JUMP_M: f32 = Gate::SPEED_MAX_M_S * Tick::PERIOD.0;
+    /// Ticks in which a driver that hears of no force takes it for gone, and gives none until it hears of one again.
+    pub const SILENCE_TICKS: u16 = 50;
     /// Sound ticks after which a fault is over.
     pub const RECOVERY_TICKS: u32 = Gate::RECOVERY_TICKS;
 

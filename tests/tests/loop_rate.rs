@@ -190,6 +190,30 @@ fn the_wheel_turns_as_far_between_two_presses_at_every_rate_and_for_every_hand()
 }
 
 #[test]
+fn the_clay_sounds_the_same_at_every_rate() {
+    // up the wall at 40 mm/s, which is a tenth of what the clay goes round with
+    let rises = "t_s,x_mm,y_mm,z_mm\n0,74,0,60\n0.5,56,0,60\n2.5,56,0,140\n";
+    let mut at_a_thousand = None;
+    for thousands in THOUSANDS {
+        let (mut hand, mut net, _) = pressed(MethodKind::Plastic, thousands, HandModel::default(), rises);
+        let mut slips_m_s = Vec::new();
+        for turn in 1..=2400 * thousands {
+            hand.turn(turn);
+            while net.next_sample().is_some() {}
+            let rub = net.status().rub();
+            if turn % thousands == 0 && rub.force_n > 0.0 {
+                slips_m_s.push(f64::from(rub.slip_m_s));
+            }
+        }
+        assert!(slips_m_s.len() > 1000, "{} ticks with clay at {thousands} kHz", slips_m_s.len());
+        let mean_m_s = slips_m_s.iter().sum::<f64>() / slips_m_s.len() as f64;
+        let wanted_m_s = *at_a_thousand.get_or_insert(mean_m_s);
+        // what is wanted of a loop: 2 %
+        assert!((mean_m_s / wanted_m_s - 1.0).abs() < 0.02, "{thousands} kHz: {mean_m_s} m/s, not {wanted_m_s} m/s");
+    }
+}
+
+#[test]
 fn between_two_ticks_the_force_changes_and_nothing_is_allocated() {
     let (mut hand, mut net, noted) = pressed_by_a_hand(MethodKind::Plastic, 4);
     let mut changed = 0;

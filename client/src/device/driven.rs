@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use pottery_shared::haptics::{DeviceSpecs, Setup};
+use pottery_shared::haptics::{DeviceSpecs, Haptics, Setup};
 use pottery_shared::tool::{Orientation, Tool};
 use pottery_shared::units::{Seconds, Tick};
 
@@ -18,9 +18,9 @@ use super::rhythm::{LONGEST_S, Rhythm, late_after_s};
 use super::{Calibration, Device, DeviceFault, Fit, Limits, PointerDevice, Reported};
 use crate::sound::Rub;
 
-/// Time without a reading, or without a force, after which the other side counts as gone: 50 ticks. Rare stalls of a
+/// Time without a reading, or without a force, after which the other side counts as gone. Rare stalls of a
 /// desktop system take up to 30 ms. Force and tool are taken away sooner, as soon as a reading is late by the device's own rhythm.
-pub const SILENCE: Duration = Duration::from_millis(50);
+pub const SILENCE: Duration = Duration::from_millis(Haptics::SILENCE_TICKS as u64);
 /// Time between two tries to open a device that is not there.
 const RETRY: Duration = Duration::from_millis(500);
 /// How long opening waits for the first reading, so that the loop knows what the device reports of itself.
@@ -66,6 +66,8 @@ struct Report {
     /// How often readings come, s, and whether they come in time.
     interval_s: f32,
     is_steady: bool,
+    /// Whether the driver gives no force for now.
+    rests: bool,
 }
 
 /// The side of a device that may wait.
@@ -192,7 +194,7 @@ impl Monitor {
 
     /// Takes the tool from the device, and with it the force, and lets [`Monitor::place_m`] follow it; or gives the tool back.
     pub fn set_fitting(&self, is_fitting: bool) {
-        self.place_m.iter().for_each(|along| along.store(f32::NAN.to_bits(), Ordering::Relaxed));
+        self.lose_place();
         self.is_fitting.store(is_fitting, Ordering::Relaxed);
     }
 
@@ -207,6 +209,12 @@ impl Monitor {
     #[must_use]
     pub fn is_pressed(&self) -> bool {
         self.is_pressed.load(Ordering::Relaxed)
+    }
+
+    /// Says that it is not known where the device is: where it was is no place to fit it to. What its buttons did last stays, so that one
+    /// that is held down is not pressed anew when the device is back.
+    fn lose_place(&self) {
+        self.place_m.iter().for_each(|along| along.store(f32::NAN.to_bits(), Ordering::Relaxed));
     }
 
     /// True while the device is being fitted, which then hears where it is.
@@ -263,6 +271,7 @@ impl Port {
             specs: specs.unwrap_or(self.report.specs),
             found: self.report.found.wrapping_add(1),
             is_steady: false,
+            rests: false,
             ..self.report
         };
         (self.rhythm, self.published_at, self.unsteady_since, self.was_steady) = (Rhythm::default(), None, None, false);
@@ -278,6 +287,12 @@ impl Port {
     /// Says what the person should know or do, while the device is being served.
     pub fn notify(&self, sentence: Option<String>) {
         self.monitor.say(sentence);
+    }
+
+    /// Says whether the device gives no force for now, though it has a place. The tick hears of it with the next reading, and what it gives
+    /// after it heard that this is over begins at nothing.
+    pub const fn rest(&mut self, rests: bool) {
+        self.report.rests = rests;
     }
 
     /// Hands a reading to the tick. The first of a device only show how often they come.
@@ -434,6 +449,7 @@ pub struct DrivenDevice {
     /// Whether the pointer works in the device's place, and whether that or the device became another since it was asked.
     is_pointer: bool,
     is_another: bool,
+    rests: bool,
     /// The reading in use, and when the last one came, s.
     last: Option<Reading>,
     heard_s: f64,
@@ -457,7 +473,7 @@ impl DrivenDevice {
         let limits = limits.into();
         let kind = limits.of(Reported::default()).map_err(std::io::Error::other)?;
         let interval_s = Rhythm::default().interval_s();
-        let report = Report { reading: None, specs: kind, found: 0, interval_s, is_steady: false };
+        let report = Report { reading: None, specs: kind, found: 0, interval_s, is_steady: false, rests: false };
         let (reports_in, mut reports) = triple_buffer::TripleBuffer::new(&report).split();
         let (given, given_out) = triple_buffer::TripleBuffer::new(&Given::default()).split();
         let (next, fits) = triple_buffer::TripleBuffer::new(&calibration.fit()).split();
@@ -500,6 +516,7 @@ impl DrivenDevice {
             pointer,
             is_pointer: false,
             is_another: false,
+            rests: false,
             last: None,
             heard_s: f64::NEG_INFINITY,
             turned,
@@ -560,17 +577,21 @@ impl Device for DrivenDevice {
         if self.reports.update() {
             self.heard_s = seconds;
         }
-        let &Report { reading, specs, found, interval_s, is_steady } = self.reports.output_buffer();
+        let &Report { reading, specs, found, interval_s, is_steady, rests } = self.reports.output_buffer();
         let waited_s = seconds - self.heard_s;
         let is_silent = reading.is_some() && waited_s > SILENCE.as_secs_f64();
         self.monitor.is_silent.store(is_silent, Ordering::Relaxed);
         let is_pointer = reading.is_none() || is_silent;
+        self.rests = rests && !is_pointer;
         let is_in_time = is_steady && waited_s <= late_after_s(interval_s).into();
         self.last = reading.filter(|_| !is_pointer && is_in_time);
         let has_changed_hands = is_pointer != self.is_pointer || found != self.found || interval_s != self.interval_s;
         if has_changed_hands {
             (self.is_pointer, self.is_another) = (is_pointer, true);
             (self.specs, self.found, self.interval_s) = (specs, found, interval_s);
+        }
+        if self.last.is_none() {
+            self.monitor.lose_place();
         }
         if is_pointer {
             // a tick without a tool between two that are in different places
@@ -621,6 +642,10 @@ impl Device for DrivenDevice {
 
     fn is_another(&mut self) -> bool {
         std::mem::take(&mut self.is_another)
+    }
+
+    fn rests(&self) -> bool {
+        self.rests
     }
 
     /// Tuned to the time that a force takes to come: a device that answers every four milliseconds keeps a reading, and a force, for so much

@@ -219,6 +219,7 @@ impl Frame<'_> {
             self.api.forget_errors();
         }
         if code == 0 || is_about_force(code) {
+            self.port.rest(self.rest > 0);
             self.port.publish(Reading {
                 position_m: position_m.as_vec3(),
                 velocity_m_s: Some(velocity_m_s.as_vec3()),

@@ -86,8 +86,9 @@ pub struct PotRenderer {
     frame_group: wgpu::BindGroup,
     water: WaterMap,
     deflection: DeflectionMap,
+    /// Of the surfaces that a skin follows, which come first; what lies behind them is not drawn.
     grids: Vec<GridTextures>,
-    /// How much each surface bends.
+    /// How much each of them bends.
     bends: Vec<Bends>,
     skins: Vec<SkinDrawing>,
     meshes: Meshes,
@@ -121,8 +122,7 @@ impl PotRenderer {
         let water = WaterMap::new(&device);
         let deflection = DeflectionMap::new(&device);
         let frame_group = layouts.bind_frame(&device, &frame, &water, &deflection);
-        let grids: Vec<_> =
-            pot.surfaces().iter().map(|surface| GridTextures::new(&device, &layouts, surface)).collect();
+        let grids: Vec<_> = drawn(pot).iter().map(|surface| GridTextures::new(&device, &layouts, surface)).collect();
         let skins = pot.skins().into_iter().map(|skin| {
             let uniform = uniform_buffer::<SkinUniform>(&device, "skin");
             let group = layouts.bind_skin(&device, &uniform, grids[skin.surface].radii_view());
@@ -142,7 +142,7 @@ impl PotRenderer {
             frame_group,
             water,
             deflection,
-            bends: pot.surfaces().iter().map(|surface| Bends::new(surface.shape())).collect(),
+            bends: drawn(pot).iter().map(|surface| Bends::new(surface.shape())).collect(),
             grids,
             skins,
             meshes: Meshes::default(),
@@ -178,14 +178,17 @@ impl PotRenderer {
     /// Whether a pot has the surfaces of the one that it was made for, with their grids.
     #[must_use]
     pub fn fits(&self, pot: &Pot) -> bool {
-        self.grids.iter().map(GridTextures::shape).eq(pot.surfaces().iter().map(Surface::shape))
+        self.grids.iter().map(GridTextures::shape).eq(drawn(pot).iter().map(Surface::shape))
     }
 
-    /// Sends the radii of one window of one surface to the device, and nothing else.
+    /// Sends the radii of one window of one surface to the device, and nothing else; nothing of a surface that no skin follows.
     ///
     /// # Panics
     /// When the pot has other surfaces than the one the renderer was made for, or the window lies outside.
     pub fn upload(&mut self, pot: &Pot, surface: usize, window: Window) {
+        if surface >= self.grids.len() {
+            return;
+        }
         self.grids[surface].upload(&self.queue, &pot.surfaces()[surface], window);
         self.bends[surface].note(&pot.surfaces()[surface], window);
         self.note_heights(pot);
@@ -193,7 +196,7 @@ impl PotRenderer {
 
     /// Sends every tile in which `pot` changed.
     pub fn upload_changed(&mut self, pot: &Pot, changed: &Touched) {
-        for surface in 0..pot.surfaces().len() {
+        for surface in 0..self.grids.len() {
             for rectangle in changed.rectangles(surface) {
                 self.upload(pot, surface, rectangle);
             }
@@ -205,8 +208,8 @@ impl PotRenderer {
     /// # Panics
     /// When the pot has other surfaces than the one the renderer was made for.
     pub fn upload_all(&mut self, pot: &Pot) {
-        assert_eq!(pot.surfaces().len(), self.grids.len());
-        for ((grid, bends), surface) in self.grids.iter_mut().zip(&mut self.bends).zip(pot.surfaces()) {
+        assert_eq!(drawn(pot).len(), self.grids.len());
+        for ((grid, bends), surface) in self.grids.iter_mut().zip(&mut self.bends).zip(drawn(pot)) {
             let whole = grid.whole();
             grid.upload(&self.queue, surface, whole);
             bends.note(surface, whole);
@@ -227,7 +230,7 @@ impl PotRenderer {
     /// [`RenderError`] when the device was lost.
     ///
     /// # Panics
-    /// When there is no such surface.
+    /// When there is no such surface, or no skin follows it.
     pub fn radii_on_device(&self, surface: usize) -> Result<Vec<f32>, RenderError> {
         let bytes = texels(&self.device, &self.queue, self.grids[surface].radii(), size_of::<f32>() as u32)?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
@@ -389,6 +392,11 @@ impl PotRenderer {
             }
         }
     }
+}
+
+/// The surfaces that a skin follows: the first of them.
+fn drawn(pot: &Pot) -> &[Surface] {
+    &pot.surfaces()[..pot.spec().skins()]
 }
 
 /// A uniform buffer for one `T`.

@@ -10,6 +10,7 @@ use pottery_shared::units::Tick;
 
 use super::{Command, Worker};
 use crate::connection::Joined;
+use crate::remote_hands::RemoteHands;
 use crate::view::Link;
 use crate::way_back::hear_the_rest;
 
@@ -76,7 +77,10 @@ impl Worker {
         self.is_coming = true;
         self.guiding.forget(&mut self.side, &self.view);
         self.way_back.note_return();
+        // a server that has begun anew may count from less, and what the one before told is then newer for good
+        self.hands = RemoteHands::default();
         self.side.status().set_tick_offset(self.session.tick_offset());
+        self.side.status().begin_session();
         Ok(())
     }
 

@@ -68,9 +68,9 @@ Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose ed
 tool file is STL or OBJ in millimetres: one closed convex solid of at most 20,480 triangles; x points away from the axis.
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
-wheel sets how deep it presses, right button drags the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
+wheel sets how deep it presses, right button or left/right turns the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
 X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view, M sound,
-Ctrl+S saves the pot, Ctrl+E exports it, Esc leaves.";
+Ctrl+S saves the pot, Ctrl+E exports it, Esc closes what is open, or leaves.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -191,7 +191,7 @@ struct HostFlags {
     #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
     wetness: Option<Wetness>,
     /// Radius of the smallest tool that anybody will use, mm: the pot's grid is as coarse as that tool allows. A finger has 8 to 12,
-    /// and takes a tenth of the elements [default: 360 x 400 of them, which do for 4 mm]
+    /// and takes a tenth of the elements [default: 360 x 400 of them, which do for 4.2 mm]
     #[arg(long, value_name = "MM", conflicts_with = "open", allow_negative_numbers = true)]
     smallest_tool_mm: Option<f32>,
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
@@ -218,7 +218,7 @@ struct HostFlags {
     /// Somebody who looks on, and how closely; repeat it for more (headless)
     #[arg(long, value_enum, value_name = "DETAIL")]
     watch: Vec<WatchName>,
-    /// Record the own stroke (headless: the first potter's) to a file
+    /// Record the own stroke (headless: the first potter's) to a file, in which there is nothing yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Keep everything that happens at the wheel in a session file, which must not exist yet; see replay
@@ -249,7 +249,7 @@ struct JoinFlags {
     /// Trust the key that the studio shows, although it showed another one before (short codes)
     #[arg(long)]
     trust_new_key: bool,
-    /// Record the own stroke to a file
+    /// Record the own stroke to a file, in which there is nothing yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     #[command(flatten)]
@@ -659,13 +659,15 @@ fn window(
     Ok(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record })
 }
 
-/// Says now, not after an hour's work, that a recording cannot be written.
+/// Says now, not after an hour's work, that a recording cannot be written, or that one is there already.
 fn check_writable(path: Option<&PathBuf>) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
-    std::fs::OpenOptions::new()
+    let file = std::fs::OpenOptions::new()
         .append(true)
         .create(true)
         .open(path)
         .with_context(|| format!("the recording {} cannot be written; choose another file", path.display()))?;
+    let is_empty = file.metadata().is_ok_and(|about| about.len() == 0);
+    ensure!(is_empty, "there is something in {} already; choose another file for the recording", path.display());
     Ok(())
 }

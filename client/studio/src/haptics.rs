@@ -91,9 +91,9 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     let before = idle(bench)?;
     let outcome = if bench.has_server { at_a_server(bench, device)? } else { alone(bench, device)? };
     let figures = Figures::new(&outcome, beside, before.with(idle(bench)?));
-    print!("{figures}");
     write_whole(&bench.out.join("haptics.csv"), |file| file.write_all(figures.csv().as_bytes()))?;
     write_whole(&bench.out.join("haptics.svg"), |file| file.write_all(picture::histogram(&figures).as_bytes()))?;
+    say!("{}", figures.to_string().trim_end_matches('\n'));
     say!("written    haptics.csv, haptics.svg in {}", bench.out.display());
     Ok(())
 }

@@ -98,7 +98,8 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
             core: session.core.filter(|_| number == 0),
             rate: session.rate,
         };
-        let options = PotterOptions { record: number == 0 && session.record.is_some(), claim, waits: false };
+        let record = number == 0 && session.record.is_some();
+        let options = PotterOptions { record, claim, ..PotterOptions::default() };
         let potter = Potter::join(&endpoint, &target, device, options).await?;
         if let Some(tool) = session.brought.as_ref().filter(|_| number == 0) {
             bring(&potter, Arc::clone(tool)).await?;

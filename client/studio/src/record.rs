@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use pottery_client::stroke::StrokeRecorder;
+use pottery_client::whole_file::write_whole;
 
 /// Writes a recording, or says that there is nothing to write.
 pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::Result<()> {
@@ -17,9 +17,7 @@ pub(crate) fn write(recording: Option<StrokeRecorder>, path: &Path) -> anyhow::R
         }
         return Ok(());
     };
-    let mut bytes = Vec::new();
-    recording.write_to(&mut bytes)?;
-    std::fs::write(path, bytes).with_context(|| format!("the recording {} cannot be written", path.display()))?;
+    write_whole(path, |file| recording.write_to(file))?;
     say!("recorded   {}", path.display());
     Ok(())
 }

@@ -114,7 +114,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let (endpoint, seated) = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
         app::time_join();
-        let seated = Seated::at(&endpoint, &target, session).await?;
+        let seated = Seated::at(&endpoint, &target, session, false).await?;
         anyhow::Ok((endpoint, seated))
     })?;
     let potter = &seated.potter;

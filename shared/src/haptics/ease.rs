@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 
+use super::Haptics;
 use crate::units::Seconds;
 
 /// The error that a correction of the clay left in the force, taken away little by little.
@@ -95,11 +96,16 @@ impl Ramp {
     /// A tick that is longer is a loop that stood still.
     const STALL_S: f32 = 3.5e-3;
     const TICK_S: f32 = 1e-3;
+    /// After one so long the device may have no force left, s: two ticks less than a driver waits, since a tick may begin late.
+    const SILENT_S: f32 = (Haptics::SILENCE_TICKS - 2) as f32 * Self::TICK_S;
 
     /// The force to give, N.
     pub(super) fn ease(&mut self, force_n: Vec3, dt: Seconds) -> Vec3 {
         if dt.0 > Self::STALL_S {
             (self.is_follower, self.passed_s) = (false, 0.0);
+        }
+        if dt.0 > Self::SILENT_S {
+            self.given_n = Vec3::ZERO;
         }
         let change_n = force_n - self.given_n;
         let most_n = Self::RATE_N_S * dt.0.min(Self::TICK_S);

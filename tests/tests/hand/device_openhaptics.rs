@@ -214,14 +214,24 @@ fn place_that_is_no_number_is_a_fault_that_passes() {
 }
 
 #[test]
-fn warm_motors_rest_and_the_sentence_goes_away_when_they_are_cool() {
+fn warm_motors_rest_and_when_they_are_cool_the_sentence_goes_away_and_the_force_comes_by_the_ramp() {
     let twin = HdapiTwin::compile();
     let mut session = session(&twin);
     press(&mut session, &twin);
     twin.set(Trouble::Warm, PRESSED, 0);
     session.until("it is said", |session| session.notice().is_some_and(|notice| notice.contains("warm")));
     session.until("a warm device still has a place", |session| session.tool_m().is_some());
+    session.until("nothing is given to it", |session| session.force_n() == 0.0 && twin.look().sent_n.length() == 0.0);
     twin.set(Trouble::None, PRESSED, 0);
+    let (mut ticks, mut sent_n, begin) = (0_u16, 0.0, Instant::now());
+    while sent_n < 0.3 {
+        assert!(begin.elapsed() < Duration::from_secs(30), "{sent_n} N are sent to a cool device");
+        session.tick();
+        ticks += u16::from(session.force_n() > 0.0);
+        sent_n = twin.look().sent_n.length();
+        // 100 N/s
+        assert!(sent_n <= 0.1 * f64::from(ticks) + 1e-3, "{sent_n} N after {ticks} ticks with a force");
+    }
     session.until("it is over", |session| session.notice().is_none() && twin.look().sent_n.length() > 0.0);
 }
 

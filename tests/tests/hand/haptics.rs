@@ -283,6 +283,32 @@ fn chain_of_another_device_is_tuned_to_it_and_its_force_comes_by_the_ramp() {
     assert!(chain.accept(Some(at_m), None, DT).is_some() && chain.fault().is_none());
 }
 
+#[test]
+fn a_force_that_a_driver_took_for_gone_comes_back_by_the_ramp() {
+    let mut chain = Haptics::new(Setup::for_device(DeviceSpecs::OMNI, 0.2));
+    let mut pressed = |ticks: u16| {
+        let centre = chain.accept(Some(Vec3::X * -2e-3), None, Seconds(1e-3 * f32::from(ticks))).unwrap();
+        chain.render(&wall(centre, None)).length()
+    };
+    let settled_n = (0..500).map(|_| pressed(1)).last().unwrap();
+    assert!(settled_n > 0.5, "{settled_n} N");
+    // the driver goes on with the last force meanwhile
+    let kept_n = pressed(30);
+    assert!((kept_n - settled_n).abs() < 0.1001, "{kept_n} N after {settled_n} N");
+    for stall in [Haptics::SILENCE_TICKS, Haptics::SILENCE_TICKS + 1, 4 * Haptics::SILENCE_TICKS] {
+        assert!((0..500).map(|_| pressed(1)).last() > Some(0.5));
+        let mut before_n = pressed(stall);
+        assert!(before_n < 0.1001, "{before_n} N at once after {stall} ticks");
+        for tick in 0..200 {
+            let force_n = pressed(1);
+            // 100 N/s
+            assert!(force_n - before_n < 0.1001, "{stall} ticks, then {tick}: {before_n} N, then {force_n} N");
+            before_n = force_n;
+        }
+        assert!((before_n / settled_n - 1.0).abs() < 0.1, "{before_n} N, {settled_n} N before");
+    }
+}
+
 /// Two slopes that fall towards each other at 45°, with 40 N/mm each.
 fn groove(centre: Position) -> Touch {
     let [x, _, z] = centre.point_m().to_array();

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use pottery_tests::programs::{folder, program};
 
@@ -22,6 +22,20 @@ fn what_the_thread_is_granted_is_said_in_a_sentence() {
     assert!(said.contains("a hand's thread has real-time priority") || said.contains("refuses real time"), "{said}");
     let said = text(&haptics(&["--ordinary"]));
     assert!(said.contains("ordinary priority, since more was not asked for, on any core"), "{said}");
+}
+
+#[test]
+fn figures_that_nobody_reads_any_more_are_written_all_the_same() {
+    let out = folder("haptics-unread");
+    let arguments = ["haptics", "--bench", "--seconds", "1", "--out", out.to_str().unwrap()];
+    let mut bench = Command::new(program("pottery-studio")).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
+    drop(bench.stdout.take());
+    let status = bench.wait().unwrap();
+    assert!(status.success(), "{status}");
+    for file in ["haptics.csv", "haptics.svg"] {
+        assert!(fs::metadata(out.join(file)).is_ok_and(|about| about.len() > 0), "{file}");
+    }
+    fs::remove_dir_all(out).unwrap();
 }
 
 #[test]

@@ -94,3 +94,28 @@ fn a_visitor_works_at_the_wheel_that_is_looked_at_and_looks_on_again_and_the_pot
     assert!(status.success());
     runtime.block_on(server.stop());
 }
+
+#[test]
+fn a_force_that_is_off_is_off_for_who_looks_on_and_comes_back() {
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+    let server = runtime.block_on(async { Server::start(ServerConfig { listen, ..ServerConfig::default() }) }).unwrap();
+    let (address, code) = (server.address().to_string(), server.code().to_string());
+    let display = Display::new();
+    let arguments = ["join", &address, "--code", &code, "--watch", "spectator", "--mute"];
+    let (mut studio, window) = display.studio_with_controls(&arguments);
+    until("a wheel is seen", &window, |window| window.find("Work at this wheel").is_some());
+    window.press("Work at this wheel");
+    until("the panel of who works", &window, |window| window.find("Look on instead").is_some());
+    assert_eq!(window.says("the force is off"), None);
+    display.run("xdotool", &["key", "Return"]);
+    until("that the force is off", &window, |window| window.says("the force is off").is_some());
+    window.press("Look on instead");
+    until("the button of who looks on", &window, |window| window.find("Work at this wheel").is_some());
+    window.press("Work at this wheel");
+    until("the panel of who works", &window, |window| window.find("Look on instead").is_some());
+    until("that the force is still off", &window, |window| window.says("the force is off").is_some());
+    studio.kill().unwrap();
+    studio.wait().unwrap();
+    runtime.block_on(server.stop());
+}

@@ -16,7 +16,7 @@ use pottery_tests::twin::haply::HaplyTwin;
 /// How long anything takes at most; reached only when something is wrong.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A device that is where a test has put it.
+/// A device that is where a test has put it; where that is no place, it is pulled out.
 #[derive(Clone, Default)]
 struct Moved(Arc<Mutex<Vec3>>);
 
@@ -31,11 +31,11 @@ impl Driver for Moved {
         port.found("moved".into(), Reported::default());
         let mut pace = Pace::new();
         while !port.is_closing() {
-            port.publish(Reading {
-                position_m: *self.0.lock().expect("no other thread has failed"),
-                velocity_m_s: None,
-                buttons: 2,
-            });
+            let position_m = *self.0.lock().expect("no other thread has failed");
+            if position_m.is_nan() {
+                return Err(DeviceFault::Gone { device: "moved device", reason: "it was pulled out".into() });
+            }
+            port.publish(Reading { position_m, velocity_m_s: None, buttons: 2 });
             pace.wait();
         }
         Ok(())
@@ -45,6 +45,19 @@ impl Driver for Moved {
 /// A place in the room in the frame of a device whose y is up.
 fn y_up(x_m: f32, y_m: f32, z_m: f32) -> Vec3 {
     Vec3::new(x_m, z_m, -y_m)
+}
+
+#[test]
+fn a_device_that_goes_while_it_is_fitted_has_no_place_until_it_is_back() {
+    let device = Moved::default();
+    device.to(y_up(0.03, 0.05, 0.02));
+    let mut session = HandSession::new(device.clone(), Calibration::new(Axes::YUp, Vec3::ZERO), DeviceSpecs::OMNI);
+    session.monitor().set_fitting(true);
+    session.until("its place is told", |session| session.monitor().place_m().is_some());
+    device.to(Vec3::NAN);
+    session.until("no place is told", |session| session.monitor().place_m().is_none());
+    device.to(y_up(0.03, 0.05, 0.02));
+    session.until("its place is told again", |session| session.monitor().place_m().is_some());
 }
 
 #[test]

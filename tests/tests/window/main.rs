@@ -6,6 +6,7 @@ mod device_fitting;
 mod force;
 mod gallery;
 mod guided;
+mod keys;
 mod looking_on;
 mod picture;
 mod preferences;

@@ -192,6 +192,17 @@ fn a_bad_stroke_names_its_line() {
 }
 
 #[test]
+fn a_recording_that_is_there_already_is_kept() {
+    let out = folder("recorded");
+    let file = out.join("mine.csv");
+    fs::write(&file, "precious").unwrap();
+    let text = sentence(&headless(&out, &["--seconds", "86400", "--record", file.to_str().unwrap()]));
+    assert!(text.contains("mine.csv already"), "{text}");
+    assert_eq!(fs::read(&file).unwrap(), b"precious");
+    fs::remove_dir_all(out).unwrap();
+}
+
+#[test]
 fn a_folder_that_cannot_be_written_is_said_before_the_work() {
     let out = folder("not-a-folder");
     let file = out.join("file");

@@ -24,7 +24,7 @@ use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
-use winit::keyboard::{Key, ModifiersState, NamedKey};
+use winit::keyboard::ModifiersState;
 use winit::window::WindowId;
 
 use self::shown::Shown;
@@ -71,6 +71,8 @@ const DRYING_PER_MINUTE: f32 = 0.01;
 const DRY_EVERY: Duration = Duration::from_secs(15);
 /// How wide the hand is that holds a tool of facets, m.
 const WET_HAND_M: f32 = 0.012;
+/// How long a sentence stays that says why something was not done.
+const REFUSED_FOR: Duration = Duration::from_secs(10);
 /// Time between two requests: a slider that is dragged asks for where it is, not for everywhere it was.
 const ASK_EVERY: Duration = Duration::from_millis(150);
 /// Time after which the answer to a request has surely come.
@@ -113,8 +115,8 @@ pub(super) struct App {
     overlay: Option<Overlay>,
     camera: Camera,
     hand: Hand,
-    /// Why the tool that was brought does not hang in the rack.
-    refusal: Option<String>,
+    /// Why the tool that was brought does not hang in the rack, or why one works on, and since when that is said.
+    refusal: Option<(Instant, String)>,
     /// Whether it is to be taken in hand when it does.
     takes_brought: bool,
     /// Whether the sphere's size is the command line's for this time.
@@ -197,7 +199,7 @@ impl App {
             pushed_mm: 0.0,
             force_n: 0.0,
             is_touching: false,
-            is_force_off: false,
+            is_force_off: potter.status().is_force_off(),
             is_heard: liking.sound && !held.is_muted,
             no_sound: None,
             people: Vec::new(),
@@ -331,7 +333,7 @@ impl App {
         }
         match self.panel.guidance.take_wanted() {
             Some(Wanted::Pot) => self.panel.guidance.aim_at(Target::of(&self.potter.view().lock().pot)),
-            Some(Wanted::File) => match PotFile::read(self.files.path()) {
+            Some(Wanted::File) => match PotFile::read(&self.files.path()) {
                 Ok(file) => self.panel.guidance.aim_at(Target::of(&file.pot().pot())),
                 Err(error) => self.panel.guidance.say(error.to_string()),
             },
@@ -436,8 +438,9 @@ impl App {
         match view.brought.take() {
             Some(Ok(shape)) if self.takes_brought => self.panel.holding.shape = Some(shape),
             Some(Ok(_)) | None => {}
-            Some(Err(reason)) => self.refusal = Some(reason),
+            Some(Err(reason)) => self.refusal = Some((Instant::now(), reason)),
         }
+        self.refusal.take_if(|(at, _)| at.elapsed() > REFUSED_FOR);
         let round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
         if (has_cause || self.figures_at.elapsed() >= FIGURES_IDLE) && self.held.count(status.ticks()) {
             self.panel.device = self.held.said(&self.panel.words);
@@ -465,7 +468,7 @@ impl App {
                 .or_else(|| fault.map(|fault| fault.to_string()))
                 .or_else(|| self.panel.is_force_off.then(|| self.panel.words.say("force-is-off")))
                 .or_else(|| self.panel.class.held().map(|held| self.panel.words.say(held)))
-                .or_else(|| self.refusal.clone())
+                .or_else(|| self.refusal.as_ref().map(|(_, reason)| reason.clone()))
                 .or_else(|| self.keeper.trouble(&self.panel.words)),
         };
         // what somebody else set shows here, unless the own wish is still on its way
@@ -521,7 +524,7 @@ impl App {
             labels::show(ui.ctx(), &self.panel.words, &self.camera, others, &tools);
             {
                 let view = self.potter.view().lock();
-                ghost::show(ui.ctx(), &self.camera, &view.guidance, &view.pot, self.drawn_phase);
+                ghost::show(ui.ctx(), &self.camera, &view.guidance, (&view.pot, self.drawn_phase), self.is_cut);
             }
             panel::show(ui.ctx(), &mut self.panel, self.invitation.as_ref(), &mut self.files);
         });
@@ -545,15 +548,15 @@ impl App {
         };
         let (panel, water) = (shapes.digest(), self.water.stamp());
         if has_cause || panel != self.drawn_panel || water != self.drawn_water || stage.is_coarse() {
-            stage.draw(&Picture::Pot(&scene), shapes, pace)?;
+            self.is_dirty = !stage.draw(&Picture::Pot(&scene), shapes, pace)?;
             (self.drawn_panel, self.drawn_water) = (panel, water);
             self.timing.drawn(self.shown.own_m);
         } else {
+            self.is_dirty = false;
             stage.leave(shapes);
         }
-        self.is_dirty = false;
         // only now is it known what lies under a pointer that has moved
-        self.is_dirty = self.point();
+        self.is_dirty |= self.point();
         self.potter.status().switch_force_off(self.panel.is_force_off);
         self.held.sound.mute(!self.panel.is_heard);
         self.keep();
@@ -630,17 +633,7 @@ impl ApplicationHandler<Call> for App {
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             // a key that was down already when the window came to the front was pressed for another one
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if event.state == ElementState::Pressed => {
-                if event.logical_key == Key::Named(NamedKey::Enter) {
-                    if !event.repeat {
-                        self.switch_force(is_panels);
-                    }
-                    return;
-                }
-                // what is typed into the panel is for it alone
-                if is_panels && !self.modifiers.control_key() {
-                    return;
-                }
-                self.key(event_loop, &event.logical_key);
+                self.press_key(event_loop, &event, is_panels);
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.moved(Vec2::new(position.x as f32, position.y as f32));
@@ -669,7 +662,10 @@ impl ApplicationHandler<Call> for App {
                     (if pixels.y == 0.0 { pixels.x } else { pixels.y }) as f32 / 40.0
                 }
             }),
-            WindowEvent::Focused(false) => self.hand.press_button(false),
+            WindowEvent::Focused(false) => {
+                self.hand.press_button(false);
+                self.turning_view = false;
+            }
             _ => {}
         }
     }

@@ -87,9 +87,9 @@ impl Files {
         }
     }
 
-    /// The pot file that is named.
-    pub(super) fn path(&self) -> &Path {
-        Path::new(&self.path)
+    /// The pot file that is named, as it would be opened.
+    pub(super) fn path(&self) -> PathBuf {
+        self.target(Wish::Open)
     }
 
     pub(super) fn save(&mut self) {
@@ -112,7 +112,10 @@ impl Files {
     /// Lays out the controls.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
         ui.label(RichText::new(words.say("pot-file")).small());
-        ui.add(egui::TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY));
+        if ui.add(egui::TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY)).changed() {
+            // what was asked for twice was asked of another name
+            self.replaceable.clear();
+        }
         ui.horizontal(|ui| {
             if ui.button(words.say("save")).clicked() {
                 self.save();
@@ -166,13 +169,14 @@ impl Files {
         }
     }
 
-    /// Where a wish leads: the path as typed, with the ending of its form.
+    /// Where a wish leads: the path as typed, with the ending of its form; as it is, where a pot was opened or is to be opened under that name.
     fn target(&self, wish: Wish) -> PathBuf {
         let path = PathBuf::from(self.path.trim());
         match wish {
-            Wish::Save | Wish::Open if path.extension().is_some() => path,
-            Wish::Save | Wish::Open => path.with_extension("pot"),
-            Wish::Export => path.with_extension(self.format.ending()),
+            Wish::Save if self.replaceable.contains(&path) => path,
+            Wish::Open if path.is_file() => path,
+            Wish::Save | Wish::Open => with_ending(&path, "pot"),
+            Wish::Export => with_ending(&path, self.format.ending()),
         }
     }
 
@@ -210,9 +214,54 @@ fn work(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
     came.unwrap_or_else(Outcome::Refused)
 }
 
+/// The path with that ending, in the place of one that is known: what else follows a point belongs to the name.
+fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let is_known = |written: &str| {
+        let mut known = Format::ALL.iter().map(|format| format.ending()).chain(["pot"]);
+        known.any(|known| known.eq_ignore_ascii_case(written))
+    };
+    let Some(name) = path.file_name() else { return path.to_path_buf() };
+    match path.extension().and_then(|written| written.to_str()) {
+        Some(written) if written.eq_ignore_ascii_case(ending) => path.to_path_buf(),
+        Some(written) if is_known(written) => path.with_extension(ending),
+        _ => {
+            let mut name = name.to_os_string();
+            name.push(format!(".{ending}"));
+            path.with_file_name(name)
+        }
+    }
+}
+
 /// A name in the person's folder for documents that nothing has yet.
 fn unused_name() -> PathBuf {
     let folder = dirs::document_dir().or_else(dirs::home_dir).unwrap_or_default();
     let name = |number: u32| folder.join(if number == 1 { "pot.pot".into() } else { format!("pot-{number}.pot") });
     (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_follows_a_point_of_a_name_is_no_ending() {
+        for (typed, save, solid) in [
+            ("vase", "vase.pot", "vase.stl"),
+            ("vase 2.1", "vase 2.1.pot", "vase 2.1.stl"),
+            ("vase.pot", "vase.pot", "vase.stl"),
+            ("bowls/vase.POT", "bowls/vase.POT", "bowls/vase.stl"),
+            ("vase.stl", "vase.pot", "vase.stl"),
+            ("", "", ""),
+        ] {
+            let mut files = Files::new(None);
+            files.path = format!(" {typed} ");
+            assert_eq!(files.target(Wish::Save), PathBuf::from(save));
+            assert_eq!(files.target(Wish::Export), PathBuf::from(solid));
+            assert_eq!(files.path(), PathBuf::from(save));
+        }
+        // a pot that was opened is saved where it was
+        let opened = Files::new(Some(Path::new("vase.bak")));
+        assert_eq!(opened.target(Wish::Save), PathBuf::from("vase.bak"));
+        assert_eq!(opened.target(Wish::Export), PathBuf::from("vase.bak.stl"));
+    }
 }

@@ -43,7 +43,7 @@ impl Shown {
         let fit = self.fitting.fit();
         let window = egui::Window::new(words.say("fitting")).id(egui::Id::unique("fitting")).resizable(false);
         window.anchor(Align2::RIGHT_BOTTOM, [-12.0, -64.0]).default_width(300.0).show(context, |ui| {
-            ui.set_width(300.0_f32.min(context.content_rect().width() - 40.0));
+            ui.set_width((context.content_rect().width() - 40.0).clamp(0.0, 300.0));
             let (step, how) = match self.fitting.step() {
                 Step::Rest => ("fitting-rest", "fitting-rest-how"),
                 Step::Reach => ("fitting-reach", "fitting-reach-how"),
@@ -55,6 +55,7 @@ impl Shown {
                 let mut scale = fit.scale;
                 let range = Calibration::SCALE_MIN..=Calibration::SCALE_MAX;
                 let slider = egui::Slider::new(&mut scale, range).logarithmic(true).text(words.say("fitting-scale"));
+                let slider = slider.custom_formatter(|value, _| words.number(value, 2)).custom_parser(Words::parse);
                 if ui.add(slider).changed() {
                     answer = Some(Answer::Scale(scale));
                 }

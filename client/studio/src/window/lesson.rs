@@ -76,7 +76,7 @@ impl Lesson {
         let mut leaves = false;
         let window = egui::Window::new(words.say("lesson")).id(egui::Id::unique("lesson")).resizable(false);
         window.anchor(Align2::RIGHT_BOTTOM, [-12.0, -34.0]).default_width(300.0).show(context, |ui| {
-            ui.set_width(300.0_f32.min(context.content_rect().width() - 40.0));
+            ui.set_width((context.content_rect().width() - 40.0).clamp(0.0, 300.0));
             if let Some(name) = STEPS.get(self.step) {
                 let (step, steps) = ((self.step + 1).to_string(), STEPS.len().to_string());
                 let title =

@@ -104,6 +104,8 @@ pub(super) struct Looker {
     close: Option<u16>,
     is_alone: bool,
     is_close_shown: bool,
+    /// Whether the view is one of that pot.
+    is_framed: bool,
     /// The person wants to see this wheel closely, or all of them again.
     wish: Option<Option<u16>>,
     /// Whether one may work at a wheel from here, wants to, is on the way there, and why it led nowhere.
@@ -161,6 +163,7 @@ impl Looker {
             close,
             is_alone: matches!(first, First::Only(..)),
             is_close_shown: false,
+            is_framed: false,
             wish: None,
             seat: Seat::default(),
             started: now,
@@ -220,7 +223,7 @@ impl Looker {
             }
         });
         (self.stage, self.overlay, self.camera) = (Some(stage), Some(overlay), camera_before);
-        self.is_close_shown = true;
+        (self.is_close_shown, self.is_framed) = (true, true);
     }
 
     /// The onlooker, to leave with, and the window.
@@ -340,7 +343,7 @@ impl Looker {
                 let detail = self.close_detail;
                 self.closely = Asked::new(detail);
                 self.onlooker.look(|watcher, now| watcher.watch(wheel, detail, now));
-                (self.close, self.is_close_shown) = (Some(wheel), false);
+                (self.close, self.is_close_shown, self.is_framed) = (Some(wheel), false, false);
             }
             None => {
                 if let Some(wheel) = self.close.take() {
@@ -379,7 +382,7 @@ impl Looker {
         let (is_close_shown, rack, deflection) = (&mut self.is_close_shown, &mut self.rack, &mut self.deflection);
         let (ahead, is_anew, target) = (&mut self.ahead, &mut self.is_anew, &mut self.target);
         let mut is_news = false;
-        let camera = &mut self.camera;
+        let (camera, is_framed) = (&mut self.camera, &mut self.is_framed);
         self.onlooker.look(|watcher, _| {
             if let Some(heard) = watcher.tick().map(|tick| tick.0 as i64 - passed) {
                 *ahead = Some(heard).max(ahead.filter(|_| !*is_anew));
@@ -409,8 +412,11 @@ impl Looker {
                 if close == Some(place.wheel) && is_closely {
                     if !*is_close_shown {
                         stage.show_pot(sight.pot());
-                        *camera = Camera::on(sight.pot());
-                        (*is_close_shown, is_news) = (true, true);
+                        // who looked at it before another device drew it looks at it as before
+                        if !*is_framed {
+                            *camera = Camera::on(sight.pot());
+                        }
+                        (*is_close_shown, *is_framed, is_news) = (true, true, true);
                     }
                     stage.upload(sight.pot(), &place.changed);
                     place.changed.clear();
@@ -492,23 +498,23 @@ impl Looker {
             }
         });
         self.wish = wish;
-        match close.and_then(|wheel| self.places.iter().find(|place| place.wheel == wheel)) {
+        let is_seen = match close.and_then(|wheel| self.places.iter().find(|place| place.wheel == wheel)) {
             Some(place) => {
                 let tools: Vec<ToolView> = place.tools.iter().map(tool_view).collect();
                 let rack = &self.rack;
                 let (camera, phase, deflection) = (self.camera, place.phase, Some(&self.deflection));
                 let scene = Scene { camera, phase, tools: &tools, rack, deflection, ..Scene::default() };
-                stage.draw(&Picture::Pot(&scene), shapes, Pace::Moving)?;
+                stage.draw(&Picture::Pot(&scene), shapes, Pace::Moving)?
             }
             None => {
                 let sent: Vec<WheelView> =
                     self.places.iter().enumerate().map(|(at, place)| place.view(&tiles, at)).collect();
                 let wheels = if is_waiting { &[] } else { &sent[..] };
                 let scene = GalleryScene { camera: self.camera, wheels, wetness: Scene::default().wetness };
-                stage.draw(&Picture::Gallery(&scene), shapes, Pace::Moving)?;
+                stage.draw(&Picture::Gallery(&scene), shapes, Pace::Moving)?
             }
-        }
-        self.is_dirty = self.wish.is_some();
+        };
+        self.is_dirty = self.wish.is_some() || !is_seen;
         Ok(())
     }
 
@@ -603,7 +609,10 @@ impl ApplicationHandler<Call> for Looker {
                 }
             }
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
-                if event.state == ElementState::Pressed && !is_panels =>
+                // Esc leads back once, not further while it is held down
+                if event.state == ElementState::Pressed
+                    && !is_panels
+                    && !(event.repeat && event.logical_key == Key::Named(NamedKey::Escape)) =>
             {
                 self.key(event_loop, &event.logical_key);
             }
@@ -619,6 +628,7 @@ impl ApplicationHandler<Call> for Looker {
                 };
                 self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
             }
+            WindowEvent::Focused(false) => self.is_turning_view = false,
             _ => {}
         }
     }

@@ -121,6 +121,11 @@ impl Overlay {
         self.context.egui_wants_keyboard_input()
     }
 
+    /// Whether a menu is open, which Esc closes.
+    pub(super) fn has_menu(&self) -> bool {
+        egui::Popup::is_any_open(&self.context)
+    }
+
     /// Whether the pointer is the panel's.
     pub(super) fn has_pointer(&self) -> bool {
         self.context.egui_wants_pointer_input()

@@ -280,7 +280,7 @@ fn show_status(context: &egui::Context, state: &PanelState) {
     egui::Area::new(egui::Id::unique("status")).anchor(Align2::LEFT_BOTTOM, [14.0, -10.0]).show(context, |ui| {
         // what is left out where the window is narrow stands last
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
-        ui.set_max_width(context.content_rect().width() - 28.0);
+        ui.set_max_width((context.content_rect().width() - 28.0).max(0.0));
         // over the picture, which is as dark in either look
         ui.label(RichText::new(figures).small().color(Color32::from_gray(200)));
     });

@@ -183,8 +183,8 @@ impl Player {
         deflection.follow(replay.pot(), (replay.conditions(), playback.tick()), &rack, &tools);
         let (camera, deflection) = (self.camera, Some(&*deflection));
         let scene = Scene { camera, phase, tools: &tools, rack: &rack, deflection, ..Scene::default() };
-        stage.draw(&Picture::Pot(&scene), shapes, if self.only_sharpens { Pace::Still } else { Pace::Moving })?;
-        self.is_dirty = false;
+        let pace = if self.only_sharpens { Pace::Still } else { Pace::Moving };
+        self.is_dirty = !stage.draw(&Picture::Pot(&scene), shapes, pace)?;
         if is_playing != self.is_playing {
             self.play(is_playing);
         }
@@ -195,10 +195,10 @@ impl Player {
         Ok(())
     }
 
-    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key, is_repeated: bool) {
         match key.as_ref() {
             Key::Named(NamedKey::Escape) => event_loop.exit(),
-            Key::Named(NamedKey::Space) => self.play(!self.is_playing),
+            Key::Named(NamedKey::Space) if !is_repeated => self.play(!self.is_playing),
             Key::Named(NamedKey::ArrowLeft) => self.wish_s = Some(self.session.at_s() - LEAP_S),
             Key::Named(NamedKey::ArrowRight) => self.wish_s = Some(self.session.at_s() + LEAP_S),
             Key::Named(NamedKey::Home) => self.wish_s = Some(0.0),
@@ -266,7 +266,7 @@ impl ApplicationHandler<Call> for Player {
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. }
                 if event.state == ElementState::Pressed && !is_panels =>
             {
-                self.key(event_loop, &event.logical_key);
+                self.key(event_loop, &event.logical_key, event.repeat);
             }
             WindowEvent::CursorMoved { position, .. } => self.moved(Vec2::new(position.x as f32, position.y as f32)),
             WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
@@ -279,6 +279,7 @@ impl ApplicationHandler<Call> for Player {
                 };
                 self.camera.distance_m = (self.camera.distance_m * 0.9_f32.powf(lines)).clamp(0.25, 4.0);
             }
+            WindowEvent::Focused(false) => self.is_turning_view = false,
             _ => {}
         }
     }

@@ -168,6 +168,15 @@ pub(super) struct PanelShapes {
     pub(super) pixels_per_point: f32,
 }
 
+/// What there is to draw into.
+enum Next {
+    Now(wgpu::SurfaceTexture),
+    /// Nothing, and soon again.
+    Later,
+    /// Nothing while the window is hidden.
+    Hidden,
+}
+
 impl Stage {
     /// Draws `pot` in `window`, with the device that was opened `ahead` where there is one.
     pub(super) fn new(
@@ -301,9 +310,9 @@ impl Stage {
         shapes.textures.clear();
     }
 
-    /// Draws one picture; what cannot be drawn now is drawn next time.
+    /// Draws one picture and says whether it is seen; one that could not be drawn now is the caller's to draw again.
     #[expect(clippy::iter_over_hash_type, reason = "the painter's textures are independent of each other")]
-    pub(super) fn draw(&mut self, picture: &Picture<'_>, mut shapes: PanelShapes, pace: Pace) -> anyhow::Result<()> {
+    pub(super) fn draw(&mut self, picture: &Picture<'_>, mut shapes: PanelShapes, pace: Pace) -> anyhow::Result<bool> {
         for (id, deltas) in &shapes.textures.set {
             for delta in deltas {
                 self.panel.update_texture(self.gpu.device(), self.gpu.queue(), *id, delta);
@@ -313,9 +322,12 @@ impl Stage {
         // all is taken care of, whether a picture comes of it or not
         shapes.textures.clear();
         if self.is_lost() {
-            return Ok(());
+            return Ok(false);
         }
-        if let Some(texture) = self.next_texture()? {
+        let next = self.next_texture()?;
+        // nobody sees what is behind another window, and the system says when it comes forward
+        let is_seen = !matches!(next, Next::Later);
+        if let Next::Now(texture) = next {
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
             let size = (texture.texture.width(), texture.texture.height());
             let share = if pace == Pace::Still { 1.0 } else { self.sharpness.share() };
@@ -366,16 +378,19 @@ impl Stage {
         for id in &free {
             self.panel.free_texture(id);
         }
-        Ok(())
+        Ok(is_seen)
     }
 
-    fn next_texture(&mut self) -> anyhow::Result<Option<wgpu::SurfaceTexture>> {
+    fn next_texture(&mut self) -> anyhow::Result<Next> {
         match self.surface.get_current_texture() {
-            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(Some(texture)),
-            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => Ok(None),
+            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => {
+                Ok(Next::Now(texture))
+            }
+            CurrentSurfaceTexture::Occluded => Ok(Next::Hidden),
+            CurrentSurfaceTexture::Timeout => Ok(Next::Later),
             CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Validation => {
                 self.surface.configure(self.gpu.device(), &self.configuration);
-                Ok(None)
+                Ok(Next::Later)
             }
             CurrentSurfaceTexture::Lost => {
                 self.surface = self
@@ -383,7 +398,7 @@ impl Stage {
                     .create_surface(Arc::clone(&self.window))
                     .context("the window can no longer be drawn on")?;
                 self.surface.configure(self.gpu.device(), &self.configuration);
-                Ok(None)
+                Ok(Next::Later)
             }
         }
     }

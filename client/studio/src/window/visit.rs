@@ -43,8 +43,14 @@ pub(super) struct Seated {
 }
 
 impl Seated {
-    /// Takes a place at the target's wheel, with the session's device. The tool stays lifted until the wheel's clay is there.
-    pub(super) async fn at(endpoint: &Endpoint, target: &Target, session: &WindowSession) -> anyhow::Result<Self> {
+    /// Takes a place at the target's wheel, with the session's device, and without its force where that is off. The tool stays lifted until
+    /// the wheel's clay is there.
+    pub(super) async fn at(
+        endpoint: &Endpoint,
+        target: &Target,
+        session: &WindowSession,
+        is_force_off: bool,
+    ) -> anyhow::Result<Self> {
         let (asked, mouse) = pointer();
         let fit = Keeper::open(Preferences::file()).liking().fit(session.device.name());
         let chosen = session.device.clone().fitted(fit);
@@ -52,7 +58,7 @@ impl Seated {
             chosen.open(mouse, &session.stroke).context("no thread for the device")?;
         let peak_n = device.specs().peak_force_n;
         let claim = Claim { is_raised: true, core: session.core, rate: session.rate };
-        let options = PotterOptions { record: session.record.is_some(), claim, waits: true };
+        let options = PotterOptions { record: session.record.is_some(), claim, waits: true, is_force_off };
         let potter = Potter::join(endpoint, target, device, options).await?;
         Ok(Self { potter, asked, monitor, peak_n })
     }
@@ -134,12 +140,14 @@ enum Way {
 pub(super) struct Visit {
     pub(super) here: Here,
     way: Option<Way>,
+    /// Whether the person had switched the force off when last at work.
+    is_force_off: bool,
     means: Means,
 }
 
 impl Visit {
     pub(super) const fn new(here: Here, means: Means) -> Self {
-        Self { here, way: None, means }
+        Self { here, way: None, is_force_off: false, means }
     }
 
     /// Who has the window at the end.
@@ -183,7 +191,8 @@ impl Visit {
             Here::Looking(looker) => {
                 target.wheel = looker.take_seat_wish()?;
                 let (endpoint, target, session) = (endpoint.clone(), target.clone(), session.clone());
-                let sit = async move { Seated::at(&endpoint, &target, &session).await?.whole().await };
+                let is_off = self.is_force_off;
+                let sit = async move { Seated::at(&endpoint, &target, &session, is_off).await?.whole().await };
                 Some(Way::ToWork(runtime.spawn(sit)))
             }
             Here::Working(app) => {
@@ -233,6 +242,7 @@ impl Visit {
     fn look(&mut self, onlooker: Onlooker) {
         let Here::Working(app) = std::mem::replace(&mut self.here, Here::Nobody) else { return };
         let (potter, seen) = app.give_up();
+        self.is_force_off = potter.status().is_force_off();
         let keeper = Keeper::open(Preferences::file());
         let wheel = self.means.target.wheel;
         let first = First::Wheel(wheel);

@@ -160,6 +160,12 @@ no-guidance-teacher = Nur eine Lehrperson kann eine Hand führen.
 no-guidance-nobody = Niemand mit dieser Nummer arbeitet an einer Scheibe.
 no-guidance-hand = Wer führt, braucht einen Platz an einer Scheibe.
 no-guidance-unknown = Der Server kennt das nicht; ist er von einer anderen Version?
+no-order-teacher = Das kann nur eine Lehrperson; tritt mit ihrem Token bei.
+no-order-wheel = Hier ist keine Scheibe { $wheel }.
+no-order-person = Hier hat niemand die Nummer { $number }.
+no-order-cannot = Das Programm dieser Person kann an keiner Scheibe arbeiten.
+no-order-long-ago = Die Scheibe erinnert sich bis zum Takt { $tick } und nicht weiter.
+no-order-nothing = An dieser Scheibe ist nichts von dir zurückzunehmen.
 
 ## The keys
 

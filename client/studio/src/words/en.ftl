@@ -160,6 +160,12 @@ no-guidance-teacher = Only a teacher can guide a hand.
 no-guidance-nobody = Nobody of that number works at a wheel.
 no-guidance-hand = Who guides needs a place at a wheel.
 no-guidance-unknown = The server does not know that; is it of another version?
+no-order-teacher = Only a teacher can do that; join with the teacher's token.
+no-order-wheel = There is no wheel { $wheel } here.
+no-order-person = Nobody here has the number { $number }.
+no-order-cannot = That person's program cannot take a place at a wheel.
+no-order-long-ago = The wheel remembers back to tick { $tick } and no farther.
+no-order-nothing = There is nothing of yours to take back at that wheel.
 
 ## The keys
 

@@ -5,7 +5,7 @@
 
 use glam::Vec2;
 use pottery_client::render::Camera;
-use winit::event::Touch;
+use winit::event::{KeyEvent, Touch};
 use winit::event_loop::ActiveEventLoop;
 use winit::keyboard::{Key, NamedKey};
 
@@ -27,24 +27,85 @@ const FROM_ABOVE_RAD: f32 = 1.4;
 const CLOSER: f32 = 1.0 / 0.9;
 const DISTANCE_M: (f32, f32) = (0.25, 2.0);
 
+/// Whether a key that is held down does again and again what it does.
+fn goes_on(key: &Key) -> bool {
+    match key.as_ref() {
+        Key::Named(named) => matches!(
+            named,
+            NamedKey::ArrowUp
+                | NamedKey::ArrowDown
+                | NamedKey::ArrowLeft
+                | NamedKey::ArrowRight
+                | NamedKey::PageUp
+                | NamedKey::PageDown
+        ),
+        Key::Character(letter) => {
+            matches!(letter, "+" | "=" | "-" | "q" | "e" | "f" | "g" | "a" | "d" | "v" | "b" | "w" | "s")
+        }
+        _ => false,
+    }
+}
+
+/// The key in small letters, which Shift and Caps Lock make large.
+fn small(key: &Key) -> Key {
+    match key {
+        Key::Character(letter) => Key::Character(letter.to_lowercase().into()),
+        key => key.clone(),
+    }
+}
+
 impl App {
-    pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
-        if self.modifiers.control_key() {
-            match key.as_ref() {
-                Key::Character("s" | "S") => self.files.save(),
-                Key::Character("e" | "E") => self.files.export(),
-                Key::Character("o" | "O") => self.files.open(),
-                // in a text, they are the text's
-                Key::Character("z" | "Z" | "y" | "Y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
-                Key::Character("z") => self.panel.history.undo(),
-                Key::Character("y" | "Y" | "Z") => self.panel.history.redo(),
-                Key::Character("n" | "N") => self.panel.history.begin_anew(None),
-                _ => {}
+    /// Takes a key that goes down, or that is held down and comes again.
+    pub(super) fn press_key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent, is_panels: bool) {
+        if event.logical_key == Key::Named(NamedKey::Enter) {
+            if !event.repeat {
+                self.switch_force(is_panels);
             }
             return;
         }
+        let has_control = self.modifiers.control_key();
+        // what is typed into the panel is for it alone
+        if is_panels && !has_control {
+            return;
+        }
+        let key = small(&event.logical_key);
+        if event.repeat && (has_control || !goes_on(&key)) {
+            return;
+        }
+        if has_control { self.shortcut(&key) } else { self.key(event_loop, &key) }
+    }
+
+    fn shortcut(&mut self, key: &Key) {
         match key.as_ref() {
-            Key::Named(NamedKey::Escape) => event_loop.exit(),
+            Key::Character("s") => self.files.save(),
+            Key::Character("e") => self.files.export(),
+            Key::Character("o") => self.files.open(),
+            // in a text, they are the text's
+            Key::Character("z" | "y") if self.overlay.as_ref().is_some_and(Overlay::has_keyboard) => {}
+            Key::Character("z") if !self.modifiers.shift_key() => self.panel.history.undo(),
+            Key::Character("y" | "z") => self.panel.history.redo(),
+            Key::Character("n") => self.panel.history.begin_anew(None),
+            _ => {}
+        }
+    }
+
+    /// Closes what lies over the pot, a menu first, which does so by itself; with nothing there, leaves.
+    fn close_or_leave(&mut self, event_loop: &ActiveEventLoop) {
+        if self.overlay.as_ref().is_some_and(Overlay::has_menu) {
+            return;
+        }
+        if self.panel.shows_help {
+            self.panel.shows_help = false;
+        } else if self.panel.fitting.is_some() {
+            self.answer_fitting(Answer::Leave);
+        } else {
+            event_loop.exit();
+        }
+    }
+
+    fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {
+        match key.as_ref() {
+            Key::Named(NamedKey::Escape) => self.close_or_leave(event_loop),
             Key::Named(NamedKey::ArrowUp) => self.panel.rpm = (self.panel.rpm + 10.0).min(RPM_MAX),
             Key::Named(NamedKey::ArrowDown) => self.panel.rpm = (self.panel.rpm - 10.0).max(0.0),
             Key::Named(NamedKey::ArrowLeft) => self.camera.azimuth_rad -= 0.1,
@@ -60,36 +121,36 @@ impl App {
             }
             Key::Character("+" | "=") => self.panel.holding.grow(1.0),
             Key::Character("-") => self.panel.holding.grow(-1.0),
-            Key::Character("t" | "T") => self.panel.holding.take_next(&self.potter.view().lock().rack),
-            Key::Character("q" | "Q") => self.panel.holding.turn(0, TURN_STEP_DEG),
-            Key::Character("e" | "E") => self.panel.holding.turn(0, -TURN_STEP_DEG),
-            Key::Character("f" | "F") => self.panel.holding.turn(1, LEAN_STEP_DEG),
-            Key::Character("g" | "G") => self.panel.holding.turn(1, -LEAN_STEP_DEG),
-            Key::Character("a" | "A") => self.panel.holding.turn(2, TURN_STEP_DEG),
-            Key::Character("d" | "D") => self.panel.holding.turn(2, -TURN_STEP_DEG),
-            Key::Character("x" | "X") => self.panel.holding.angles_deg = [0.0; 3],
-            Key::Character("v" | "V") => {
+            Key::Character("t") => self.panel.holding.take_next(&self.potter.view().lock().rack),
+            Key::Character("q") => self.panel.holding.turn(0, TURN_STEP_DEG),
+            Key::Character("e") => self.panel.holding.turn(0, -TURN_STEP_DEG),
+            Key::Character("f") => self.panel.holding.turn(1, LEAN_STEP_DEG),
+            Key::Character("g") => self.panel.holding.turn(1, -LEAN_STEP_DEG),
+            Key::Character("a") => self.panel.holding.turn(2, TURN_STEP_DEG),
+            Key::Character("d") => self.panel.holding.turn(2, -TURN_STEP_DEG),
+            Key::Character("x") => self.panel.holding.angles_deg = [0.0; 3],
+            Key::Character("v") => {
                 self.panel.wetness = (self.panel.wetness - WETNESS_STEP).max(WETNESS.0);
             }
-            Key::Character("b" | "B") => {
+            Key::Character("b") => {
                 self.panel.wetness = (self.panel.wetness + WETNESS_STEP).min(WETNESS.1);
             }
-            Key::Character("w" | "W") => self.hand.push(PUSH_STEP_M),
-            Key::Character("s" | "S") => self.hand.push(-PUSH_STEP_M),
-            Key::Character("r" | "R" | "1") => self.camera = Camera::on(&self.potter.view().lock().pot),
+            Key::Character("w") => self.hand.push(PUSH_STEP_M),
+            Key::Character("s") => self.hand.push(-PUSH_STEP_M),
+            Key::Character("r" | "1") => self.camera = Camera::on(&self.potter.view().lock().pot),
             Key::Character("2") => self.camera.elevation_rad = 0.0,
             Key::Character("3") => self.camera.elevation_rad = FROM_ABOVE_RAD,
-            Key::Character("k" | "K") => self.is_cut = !self.is_cut,
-            Key::Character("l" | "L") => self.panel.liking.finish = self.panel.liking.finish.next(),
-            Key::Character("i" | "I") => self.hand.change_side(),
-            Key::Character("c" | "C") => self.answer_fitting(Answer::GoOn),
-            Key::Character("j" | "J") => self.panel.guidance.take_over_or_let_go(),
-            Key::Character("n" | "N") => self.panel.guidance.switch(),
-            Key::Character("u" | "U") => self.panel.guidance.record(),
-            Key::Character("y" | "Y") => self.panel.guidance.play(),
-            Key::Character("p" | "P") => self.panel.fold(),
-            Key::Character("m" | "M") => self.panel.is_heard = !self.panel.is_heard,
-            Key::Character("h" | "H") => self.panel.shows_help = !self.panel.shows_help,
+            Key::Character("k") => self.is_cut = !self.is_cut,
+            Key::Character("l") => self.panel.liking.finish = self.panel.liking.finish.next(),
+            Key::Character("i") => self.hand.change_side(),
+            Key::Character("c") => self.answer_fitting(Answer::GoOn),
+            Key::Character("j") => self.panel.guidance.take_over_or_let_go(),
+            Key::Character("n") => self.panel.guidance.switch(),
+            Key::Character("u") => self.panel.guidance.record(),
+            Key::Character("y") => self.panel.guidance.play(),
+            Key::Character("p") => self.panel.fold(),
+            Key::Character("m") => self.panel.is_heard = !self.panel.is_heard,
+            Key::Character("h") => self.panel.shows_help = !self.panel.shows_help,
             _ => {}
         }
     }
@@ -167,5 +228,25 @@ impl App {
         } else {
             self.hand.push(lines * PUSH_STEP_M);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_that_switches_or_asks_does_so_once_however_long_it_is_held() {
+        let letter = |letter: &str| small(&Key::Character(letter.into()));
+        for once in ["i", "k", "j", "n", "u", "y", "m", "h", "p", "l", "t", "r", "x", "c", "1", "2", "3"] {
+            assert!(!goes_on(&letter(once)), "{once}");
+        }
+        for once in [NamedKey::Space, NamedKey::Escape, NamedKey::Enter] {
+            assert!(!goes_on(&Key::Named(once)), "{once:?}");
+        }
+        for held in ["w", "S", "q", "E", "a", "d", "f", "g", "V", "b", "+", "-"] {
+            assert!(goes_on(&letter(held)), "{held}");
+        }
+        assert!(goes_on(&Key::Named(NamedKey::ArrowUp)));
     }
 }

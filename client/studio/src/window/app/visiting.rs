@@ -3,6 +3,8 @@
 //! Owns what is handed over: window, device and view; who goes where is the visit's.
 //! Invariant: the clay that was drawn last is drawn until the other's is.
 
+use std::time::Instant;
+
 use pottery_client::Potter;
 use pottery_client::view::SharedView;
 
@@ -18,7 +20,12 @@ impl App {
 
     /// Whether the person wants to look on instead, said once.
     pub(in crate::window) fn wants_to_look_on(&mut self) -> bool {
-        self.panel.looks_on.as_mut().is_some_and(std::mem::take)
+        let wants = self.panel.looks_on.as_mut().is_some_and(std::mem::take);
+        if wants {
+            // why it could not be the last time is said no longer
+            self.refusal = None;
+        }
+        wants
     }
 
     /// Lifts the tool; what there is to see, to know when everything pressed is confirmed.
@@ -30,7 +37,7 @@ impl App {
     /// Works on after all, and says why.
     pub(in crate::window) fn stay(&mut self, reason: String) {
         self.potter.status().lift(false);
-        self.refusal = Some(reason);
+        self.refusal = Some((Instant::now(), reason));
         self.is_dirty = true;
     }
 

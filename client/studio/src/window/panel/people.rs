@@ -32,6 +32,19 @@ pub(in crate::window) fn nickname(words: &Words, name: Nickname) -> String {
     if name.number() > 1 { format!("{word} {}", name.number()) } else { word.to_owned() }
 }
 
+/// Why an order was not carried out, in the window's language.
+fn refused(words: &Words, reason: NoOrder) -> String {
+    let with = |message, name, number: u64| words.say_with(message, &[(name, &number.to_string())]);
+    match reason {
+        NoOrder::NotTeacher => words.say("no-order-teacher"),
+        NoOrder::Wheel { wheel } => with("no-order-wheel", "wheel", wheel.into()),
+        NoOrder::Person { client } => with("no-order-person", "number", client.into()),
+        NoOrder::CannotWork => words.say("no-order-cannot"),
+        NoOrder::TooLongAgo { oldest } => with("no-order-long-ago", "tick", oldest),
+        NoOrder::NothingBack => words.say("no-order-nothing"),
+    }
+}
+
 /// The people's part of the panel.
 #[derive(Debug, Default)]
 pub(in crate::window) struct People {
@@ -110,7 +123,7 @@ impl People {
             });
         }
         if let Some((_, reason)) = self.said {
-            ui.label(RichText::new(reason.to_string()).small());
+            ui.label(RichText::new(refused(words, reason)).small());
         }
     }
 
