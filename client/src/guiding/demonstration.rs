@@ -26,8 +26,8 @@ use crate::stroke::{Stroke, StrokeRecorder};
 #[derive(Clone, Debug)]
 pub struct Demonstration {
     path: StrokeRecorder,
-    /// From when on which force was felt, N, and whether a line was drawn.
-    felt: Vec<(f64, f32, bool)>,
+    /// From when on which force was felt, N, whether a line was drawn, and on which side of the wall.
+    felt: Vec<(f64, f32, bool, Side)>,
     /// When the hand was heard of last.
     last_s: Option<f64>,
 }
@@ -67,7 +67,7 @@ impl Demonstration {
         });
         if taken.is_ok() {
             self.last_s = Some(seconds);
-            self.felt.push((seconds, hand.force_n, hand.draws));
+            self.felt.push((seconds, hand.force_n, hand.draws, hand.tool.side));
         }
     }
 
@@ -90,9 +90,11 @@ impl Demonstration {
         let at_s = stroke.start() + seconds;
         let centre = Position::nearest(stroke.at(at_s)?)?;
         let later = self.felt.partition_point(|(from_s, ..)| *from_s <= at_s);
-        let (force_n, draws) = later.checked_sub(1).map_or((0.0, false), |at| (self.felt[at].1, self.felt[at].2));
+        let felt = later.checked_sub(1).map(|at| self.felt[at]);
+        let (force_n, draws, side) =
+            felt.map_or_else(Default::default, |(_, force_n, draws, side)| (force_n, draws, side));
         let (tool, orientation) = (stroke.tool_at(at_s), stroke.orientation_at(at_s));
-        let tool = RemoteTool { client, tool, orientation, centre, touching: force_n > 0.0, side: Side::default() };
+        let tool = RemoteTool { client, tool, orientation, centre, touching: force_n > 0.0, side };
         Some(GuidingHand { tick, tool, force_n, draws })
     }
 }

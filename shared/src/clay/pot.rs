@@ -131,7 +131,7 @@ impl PotSpec {
     /// [`PotError::Measure`] naming the first measure out of range.
     pub fn check(&self) -> Result<(), PotError> {
         let within = |field, value: Metres, min_mm, max_mm| {
-            if value.as_mm() >= min_mm && value.as_mm() <= max_mm {
+            if value.told_mm() >= min_mm && value.told_mm() <= max_mm {
                 Ok(())
             } else {
                 Err(PotError::Measure { field, value_mm: value.told_mm(), min_mm, max_mm })

@@ -96,8 +96,9 @@ impl Ramp {
     /// A tick that is longer is a loop that stood still.
     const STALL_S: f32 = 3.5e-3;
     const TICK_S: f32 = 1e-3;
-    /// After one so long the device may have no force left, s: two ticks less than a driver waits, since a tick may begin late.
-    const SILENT_S: f32 = (Haptics::SILENCE_TICKS - 2) as f32 * Self::TICK_S;
+    /// After one so long the device has no force left, s: two ticks more than a driver waits, since a tick may begin late. A shorter one has its force
+    /// still, and to take that away would be a jolt.
+    const SILENT_S: f32 = (Haptics::SILENCE_TICKS + 2) as f32 * Self::TICK_S;
 
     /// The force to give, N.
     pub(super) fn ease(&mut self, force_n: Vec3, dt: Seconds) -> Vec3 {

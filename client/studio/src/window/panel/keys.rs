@@ -42,9 +42,10 @@ const KEYS: [(&str, &str); 27] = [
 pub(super) fn show(context: &egui::Context, words: &Words) {
     let window = egui::Window::new(words.say("keys")).id(egui::Id::unique("keys"));
     window.anchor(Align2::RIGHT_TOP, [-12.0, 12.0]).resizable(false).show(context, |ui| {
-        // above the line of figures at the foot of the window, below the title
-        let room = context.content_rect().size() - vec2(40.0, 90.0);
-        ScrollArea::both().max_width(room.x).max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+        // below the title, and as far from the window's edges as it stands
+        let room = (context.content_rect().size() - vec2(48.0, 60.0)).max(vec2(1.0, 1.0));
+        let area = ScrollArea::both().max_width(room.x).max_height(room.y);
+        area.min_scrolled_width(room.x).min_scrolled_height(room.y).show(ui, |ui| {
             Grid::new("table").show(ui, |ui| {
                 for (key, effect) in KEYS {
                     let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
