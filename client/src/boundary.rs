@@ -31,8 +31,8 @@ pub enum GuideNews {
     Leads(bool),
     /// The teacher's tool was somewhere, m, at a tick.
     Teacher(Tick, Vec3),
-    /// Which tool that is, how it is turned, and on which side of the wall it works.
-    TeachersGrip(Tool, Orientation, Side),
+    /// Which tool that is, and how it is turned.
+    TeachersGrip(Tool, Orientation),
 }
 
 /// What both sides may read at any time; each field is written by one side only.

@@ -101,7 +101,7 @@ pub(crate) struct Guiding {
     /// The tool pointed and presses again once it is out of the clay.
     lifts_first: bool,
     /// What the hand was told of the teacher's grip.
-    told_grip: Option<(Tool, Orientation, Side)>,
+    told_grip: Option<(Tool, Orientation)>,
 }
 
 #[derive(Debug)]
@@ -199,9 +199,9 @@ impl Guiding {
     /// Hands the teacher's newest place on to the student's hand and window.
     pub(crate) fn hear_hand(&mut self, session: &Client, side: &mut NetSide, view: &SharedView) {
         let Some(hand) = session.guidance().hand() else { return };
-        let grip = (hand.tool.tool, hand.tool.orientation, hand.tool.side);
+        let grip = (hand.tool.tool, hand.tool.orientation);
         if self.told_grip.replace(grip) != Some(grip) {
-            self.tell(side, GuideNews::TeachersGrip(grip.0, grip.1, grip.2));
+            self.tell(side, GuideNews::TeachersGrip(grip.0, grip.1));
         }
         self.tell(side, GuideNews::Teacher(hand.tick, hand.tool.centre.point_m()));
         let mut view = view.lock();

@@ -11,7 +11,7 @@ use hdrhistogram::Histogram;
 use pottery_shared::clay::{Contact, MethodKind};
 use pottery_shared::haptics::{Haptics, Setup, Touch, Wet};
 use pottery_shared::prediction::Hand;
-use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Tool, ToolSample};
 use pottery_shared::units::{Seconds, Tick};
 
 use crate::boundary::{GuideNews, HandSide};
@@ -29,8 +29,6 @@ const NS_MAX: u64 = 1_000_000_000;
 const CATCH_UP_BUDGET: usize = 4;
 /// News of a teacher taken in in one turn: they come some sixty times a second.
 const NEWS_BUDGET: usize = 8;
-/// A hand that is led is where its teacher is when it is no farther off, m.
-const NEAR_TEACHER_M: f32 = 2e-3;
 
 /// A tool, and how it is turned.
 type Grip = (Tool, Orientation);
@@ -49,10 +47,6 @@ pub struct HapticLoop {
     sessions: u32,
     /// The teacher's tool and how it is turned, as last heard of.
     teachers_grip: Option<Grip>,
-    teachers_side: Side,
-    teachers_m: Vec3,
-    /// Whether a teacher leads it through the wall.
-    passes_wall: bool,
     /// The local tick in which the last sample was pressed, and where, while a tool is in the hand.
     last_pressed: Option<(u64, Position)>,
     /// The last turn, counted at the loop's rate.
@@ -132,9 +126,6 @@ impl HapticLoop {
             last_stamp: None,
             sessions: 0,
             teachers_grip: None,
-            teachers_side: Side::default(),
-            teachers_m: Vec3::ZERO,
-            passes_wall: false,
             last_pressed: None,
             last_turn: 0,
             is_empty: false,
@@ -183,8 +174,7 @@ impl HapticLoop {
             }
             (Some(centre), _) => {
                 self.last_stamp = Some(stamp);
-                let presses_nothing = self.side.status.is_pointing() || self.is_led_through_wall(stamp, grip, centre);
-                self.felt = match presses_nothing {
+                self.felt = match self.side.status.is_pointing() {
                     true => self.point(stamp, grip, centre),
                     false => self.press(stamp, grip, centre, local),
                 };
@@ -211,13 +201,8 @@ impl HapticLoop {
             match self.side.guide.pop() {
                 Ok(GuideNews::Guided(guidance)) => self.haptics.guide(guidance),
                 Ok(GuideNews::Leads(leads)) => self.haptics.lead(leads),
-                Ok(GuideNews::Teacher(tick, at_m)) => {
-                    self.teachers_m = at_m;
-                    self.haptics.hear_teacher(tick, at_m);
-                }
-                Ok(GuideNews::TeachersGrip(tool, orientation, side)) => {
-                    (self.teachers_grip, self.teachers_side) = (Some((tool, orientation)), side);
-                }
+                Ok(GuideNews::Teacher(tick, at_m)) => self.haptics.hear_teacher(tick, at_m),
+                Ok(GuideNews::TeachersGrip(tool, orientation)) => self.teachers_grip = Some((tool, orientation)),
                 Err(_) => break,
             }
         }
@@ -311,33 +296,8 @@ impl HapticLoop {
         Felt { force_n, elements, rub: Rub::default() }
     }
 
-    /// Whether a teacher who has taken over works on the other side of the wall from where the hand is: it is led through clay that it neither
-    /// presses nor feels, and works again once it is where the teacher works.
-    fn is_led_through_wall(&mut self, tick: Tick, (tool, orientation): Grip, centre: Position) -> bool {
-        if !self.haptics.is_taken_over() || self.teachers_grip.is_none() {
-            self.passes_wall = false;
-            return false;
-        }
-        let side = self.hand.side(tick, tool, centre);
-        if side != self.teachers_side {
-            self.passes_wall = true;
-        } else if self.passes_wall {
-            let is_near = centre.point_m().distance(self.teachers_m) < NEAR_TEACHER_M;
-            let mut is_free = || self.hand.feel(&ToolSample { tick, tool, orientation, centre, side }).elements == 0;
-            self.passes_wall = !(is_near || is_free());
-        }
-        if self.passes_wall {
-            // where it is next is asked anew
-            self.hand.put_down();
-        }
-        self.passes_wall
-    }
-
     /// The force between two ticks, and the elements touched.
     fn feel(&mut self, tick: Tick, grip: Grip, centre: Position) -> (Vec3, u32) {
-        if self.is_led_through_wall(tick, grip, centre) {
-            return (self.haptics.render(&Touch { centre, ..Touch::default() }), 0);
-        }
         let sample = self.sample(tick, grip, centre);
         let Contact { force_n, elements, penetration_m, held_n, .. } = self.hand.feel(&sample);
         let (wet, _) = self.wet(&sample, elements);
