@@ -590,10 +590,8 @@ impl Device for DrivenDevice {
             (self.is_pointer, self.is_another) = (is_pointer, true);
             (self.specs, self.found, self.interval_s) = (specs, found, interval_s);
         }
-        if self.last.is_none() {
-            self.monitor.lose_place();
-        }
         if is_pointer {
+            self.monitor.lose_place();
             // a tick without a tool between two that are in different places
             return pointed_m.filter(|_| !has_changed_hands);
         }

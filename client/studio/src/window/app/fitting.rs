@@ -47,8 +47,6 @@ impl App {
         };
         match answer {
             Answer::Begin => {}
-            // the step waits for a device that does not say where it is
-            Answer::GoOn if fitting.step() != Step::Done && !is_there => {}
             Answer::GoOn if fitting.step() == Step::Done => {
                 self.panel.fitting = None;
                 self.panel.liking.fits.insert(self.held.name.to_owned(), KeptFit::of(fitting.fit()));
