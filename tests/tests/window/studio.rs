@@ -523,6 +523,7 @@ fn scripted_potters_hold_the_tool_that_is_asked_for_and_a_file_brings_one() {
         assert!(output.status.success(), "{flags:?}: {text}");
         assert_eq!(text.contains("has 1568 triangles") && text.contains("with 8,"), flags[1].ends_with("fine.obj"));
         let recorded = Stroke::read(&recording).unwrap();
+        fs::remove_file(&recording).unwrap();
         assert!(recorded.tools().eq([tool]), "{flags:?}");
         assert!(recorded.duration() > 1.0, "{flags:?}: {} s recorded", recorded.duration());
     }
