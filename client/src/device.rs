@@ -78,7 +78,7 @@ pub trait Device: Send {
         false
     }
 
-    /// Whether it gives no force for now, whatever it is told; when it does again, the force is to come by the ramp.
+    /// Whether it rests and gives no force, whatever it is told; when it does again, the force is to come by the ramp.
     fn rests(&self) -> bool {
         false
     }

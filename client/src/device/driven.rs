@@ -66,7 +66,7 @@ struct Report {
     /// How often readings come, s, and whether they come in time.
     interval_s: f32,
     is_steady: bool,
-    /// Whether the driver gives no force for now.
+    /// Whether the driver rests and gives no force.
     rests: bool,
 }
 
@@ -289,7 +289,7 @@ impl Port {
         self.monitor.say(sentence);
     }
 
-    /// Says whether the device gives no force for now, though it has a place. The tick hears of it with the next reading, and what it gives
+    /// Says whether the device rests and gives no force, though it has a place. The tick hears of it with the next reading, and what it gives
     /// after it heard that this is over begins at nothing.
     pub const fn rest(&mut self, rests: bool) {
         self.report.rests = rests;

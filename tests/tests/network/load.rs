@@ -143,11 +143,11 @@ fn broken_threshold_has_an_exit_code_of_its_own_and_can_end_the_run() {
     assert!(said.contains("threshold input_delta_ms:p50<0.0001 is broken") && said.contains("aborted after"), "{said}");
 }
 
-/// Starts a run of a few seconds, and once it is measured stops a process for a while: the server's or the generator's own.
-fn stopped(json: &Path, lag_max_ms: &str, picks_server: bool, stop: Duration) -> (Option<i32>, RunResult) {
+/// Starts a run of two potters and waits until it is measured; the run, what it says further, and its server's process.
+fn begun(further: &[&str]) -> (Child, BufReader<ChildStderr>, String) {
     let mut child =
         load_test(&["--spawn", "--potters", "2", "--full-potters", "0", "--ramp", "0.2", "--warmup", "0.5"])
-            .args(["--duration", "4", "--lag-max-ms", lag_max_ms, "--json", json.to_str().unwrap()])
+            .args(further)
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
@@ -157,6 +157,13 @@ fn stopped(json: &Path, lag_max_ms: &str, picks_server: bool, stop: Duration) ->
     let server = server.split("process ").nth(1).unwrap().trim_end_matches([')', '\n']).to_owned();
     // a row without a star is measured
     read_until(&mut lines, |line| line.contains('%') && !line.contains('*'));
+    (child, lines, server)
+}
+
+/// Starts a run of a few seconds, and once it is measured stops a process for a while: the server's or the generator's own.
+fn stopped(json: &Path, lag_max_ms: &str, picks_server: bool, stop: Duration) -> (Option<i32>, RunResult) {
+    let (mut child, mut lines, server) =
+        begun(&["--duration", "4", "--lag-max-ms", lag_max_ms, "--json", json.to_str().unwrap()]);
     let process = if picks_server { server } else { child.id().to_string() };
     signal("-STOP", &process);
     std::thread::sleep(stop);
@@ -208,28 +215,11 @@ fn generator_that_starves_is_reported_and_not_taken_for_a_good_server() {
     assert!(run.dropped_sends > 0);
 }
 
-/// Starts a run of so many seconds and waits for its first measured one; the run, what it says further, and its server's process.
-fn begun(duration_s: &str) -> (Child, BufReader<ChildStderr>, String) {
-    let mut child =
-        load_test(&["--spawn", "--potters", "2", "--full-potters", "0", "--ramp", "0.2", "--warmup", "0.3"])
-            .args(["--duration", duration_s])
-            .args(PATIENT)
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap());
-    let server = read_until(&mut lines, |line| line.starts_with("server "));
-    let server = server.split("process ").nth(1).unwrap().trim_end_matches([')', '\n']).to_owned();
-    read_until(&mut lines, |line| line.contains('%') && !line.contains('*'));
-    (child, lines, server)
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn whoever_ends_a_run_ends_its_server_too() {
     for which in ["-TERM", "-INT"] {
-        let (mut child, mut lines, server) = begun("3000");
+        let (mut child, mut lines, server) = begun(&[&["--duration", "3000"][..], &PATIENT].concat());
         signal(which, &child.id().to_string());
         let mut said = String::new();
         lines.read_to_string(&mut said).unwrap();
@@ -242,7 +232,7 @@ fn whoever_ends_a_run_ends_its_server_too() {
 #[cfg(unix)]
 #[test]
 fn a_run_that_waits_for_a_server_that_hangs_can_be_ended() {
-    let (mut child, mut lines, server) = begun("2");
+    let (mut child, mut lines, server) = begun(&[&["--duration", "2"][..], &PATIENT].concat());
     signal("-STOP", &server);
     // from here on it waits for what was pressed last, and for everybody's clay
     read_until(&mut lines, |line| line.starts_with("100%"));
