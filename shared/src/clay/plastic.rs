@@ -45,8 +45,8 @@ const AREA_EVEN: f32 = 1.5;
 ///   over what a ball has under it, as far as it lies like the ball and not evenly. In the finite elements as much stands within 20 mm of a dent as `1 − exp(−X/117)` of what it holds; what of it is
 ///   far and low, most of all on thin walls, is left out. The rest is booked to the pot's height. It rises more to both
 ///   sides along the arc, where the pot curves away, than along the height: by `1 ± α·q²`, `α = α₀·a/(r·s)`, which is α₀·R/r;
-/// - sliding: under a tool that moves along the clay faster than a hand trembles, from 20 mm/s on and wholly (σ = 1) from
-///   80 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
+/// - sliding: under a tool that moves along the clay faster than a hand trembles, from 15 mm/s on and wholly (σ = 1) from
+///   40 mm/s, clay springs back at the flanks of the groove more than at its bottom, `e·(1 − σ·(1 − k)·(1 − v²))`, v the distance
 ///   aside over the half axis. Strain counts 1 + 4.8·σ times for the rim, of which less rises in the end, 0.49 for 0.59, and whose crest is sharper, `κ` to the second
 ///   power. The deeper the bite, the more steeply the rim stands: it is `1 + 3.2·σ·d²` times narrower in q², with `d = s·b/t`,
 ///   b the shorter half axis of the contact, and no more than the 0.5 of the deepest strokes that are known. Where the contact leans to
@@ -257,9 +257,10 @@ pub(super) struct Slide {
 }
 
 impl Slide {
-    /// Speed along the clay at which sliding begins, and beyond it at which it is whole, m/s.
-    const BEGIN_M_S: f32 = 0.02;
-    const WHOLE_M_S: f32 = 0.06;
+    /// Speed along the clay at which sliding begins, m/s, and by how much more it is whole. Places travel in steps of 10 µm: one that stands
+    /// still may go aside and up by one each in a tick, at 14 mm/s.
+    const BEGIN_M_S: f32 = 0.015;
+    const WHOLE_M_S: f32 = 0.025;
 
     fn of(press: &Press, spot: &Ellipse) -> Self {
         let Some(from_m) = press.from_m else { return Self::default() };

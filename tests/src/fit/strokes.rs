@@ -2,12 +2,12 @@
 //!
 //! Owns the strokes and what is read of them. The constants of a sliding tool are fitted to them; what a still tool meets is
 //! held against them unfitted.
-//! Invariant: a stroke has the reference's path and length. The reference's clay knows no rate, so this one gives way as
-//! quickly as any does: while the tool goes 0.6 mm.
+//! Invariant: a stroke has the reference's path and length. The reference's clay knows no rate, so this one gives way while the
+//! tool goes 0.6 mm, however fast.
 
 use glam::Vec2;
 use pottery_shared::clay::{GridShape, Method};
-use pottery_shared::units::{Metres, Seconds};
+use pottery_shared::units::Seconds;
 
 use super::FitError;
 use crate::chart::cases::{BASE, Scene};
@@ -18,9 +18,9 @@ use crate::reference::{BadProfile, Profile};
 const LENGTH_M: f32 = 0.060;
 const STEADY_M: f32 = 0.030;
 const READ_AT_M: f64 = 0.033;
-/// A step, s, and its way, m: the rim of a pot that turns at 48 rpm, on which a tool slides wholly.
+/// A step, s, and turns a minute of a pot on which a tool slides wholly.
 const STEP: Seconds = Seconds(1e-3);
-const WAY_M: f32 = 0.3e-3;
+const RPM: f32 = 48.0;
 /// Steps in which the tool comes in, and in which it stands.
 const STEPS_IN: u32 = 100;
 const STEPS_STILL: u32 = 50;
@@ -98,7 +98,15 @@ pub struct StrokeFigures {
 /// # Errors
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
-    draw_all(DRAWINGS, method, grid)
+    draw_at(RPM, method, grid)
+}
+
+/// The same on a pot that turns so many times a minute.
+///
+/// # Errors
+/// [`FitError`] when a file is damaged or the pot cannot be made.
+pub fn draw_at(rpm: f32, method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+    draw_all(DRAWINGS, rpm, method, grid)
 }
 
 /// Draws with a method what is held out of every fit.
@@ -106,10 +114,16 @@ pub fn draw(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFig
 /// # Errors
 /// [`FitError`] when a file is damaged or the pot cannot be made.
 pub fn draw_held_out(method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
-    draw_all(HELD_OUT, method, grid)
+    draw_all(HELD_OUT, RPM, method, grid)
 }
 
-fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -> Result<Vec<StrokeFigures>, FitError> {
+fn draw_all(
+    drawings: &[Drawing],
+    rpm: f32,
+    method: impl Method + Copy,
+    grid: GridShape,
+) -> Result<Vec<StrokeFigures>, FitError> {
+    let way_m = rpm / 60.0 * STEP.0 * std::f32::consts::TAU * BASE.pot_mm[0] * 1e-3;
     let mut figures = Vec::new();
     for drawing in drawings {
         let mut pressing = drawing.untouched(grid)?;
@@ -118,7 +132,7 @@ fn draw_all(drawings: &[Drawing], method: impl Method + Copy, grid: GridShape) -
             let file = || format!("{}_s{number}U_profile.csv", drawing.name);
             let groove =
                 Profile::parse(stroke.groove).map_err(|source| FitError::Reference { file: file(), source })?;
-            let force_n = stroke.make(&mut pressing, method);
+            let force_n = stroke.make(&mut pressing, way_m, method);
             let (groove, [lowest_mm, highest_mm]) = stroke.compare(&pressing, &groove);
             let reference_force_n = drawing.force_n(number)?;
             let name = drawing.name;
@@ -149,8 +163,6 @@ impl Drawing {
     fn untouched(&self, grid: GridShape) -> Result<Pressing, FitError> {
         let mut dent = Scene { tool_mm: self.tool_mm, ..BASE }.dent(grid, 1.0, true);
         dent.pot.keeps_volume = false;
-        // nobody goes round here: it makes the clay give way as quickly as it can
-        dent.round = Some((60.0 * WAY_M / (STEP.0 * std::f32::consts::TAU * dent.pot.radius.0), Metres(0.0), 1.0));
         Ok(Pressing::new(dent, STEP)?)
     }
 
@@ -169,8 +181,8 @@ impl Drawing {
 }
 
 impl Stroke {
-    /// Comes in at the angle 0, is drawn and leaves; returns the mean force outwards and along, N.
-    fn make(&self, pressing: &mut Pressing, method: impl Method + Copy) -> [f64; 2] {
+    /// Comes in at the angle 0, is drawn by about so much a step and leaves; returns the mean force outwards and along, N.
+    fn make(&self, pressing: &mut Pressing, way_m: f32, method: impl Method + Copy) -> [f64; 2] {
         let radius_m = BASE.pot_mm[0] * 1e-3;
         let (depth_m, z_m) = (self.depth_mm * 1e-3, (POT_AT_MM as f32 + self.up_mm) * 1e-3);
         pressing.lift();
@@ -178,12 +190,12 @@ impl Stroke {
             let share = (number as f32 / STEPS_IN as f32).min(1.0);
             pressing.step_with(method, 0.0, depth_m * share, z_m, 1);
         }
-        let steps = (LENGTH_M / WAY_M).round() as u32;
+        let steps = (LENGTH_M / way_m).round() as u32;
         let (mut sum, mut count) = ([0.0; 2], 0.0);
         for number in 1..=steps {
             let angle_rad = LENGTH_M / radius_m * number as f32 / steps as f32;
             let radial_n = pressing.step_with(method, angle_rad, depth_m, z_m, 1);
-            if number as f32 * WAY_M > LENGTH_M - STEADY_M {
+            if number as f32 / steps as f32 * LENGTH_M > LENGTH_M - STEADY_M {
                 let along = Vec2::from_angle(angle_rad).perp().extend(0.0);
                 sum[0] += f64::from(radial_n);
                 sum[1] += f64::from(pressing.contact().force_n.dot(along));

@@ -6,7 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use pottery_shared::clay::{GridShape, MethodKind, PlasticCsem, PlasticLaw};
-use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_held_out};
+use pottery_tests::fit::strokes::{StrokeFigures, draw, draw_at, draw_held_out};
 use pottery_tests::fit::{dents, misfits};
 
 fn ours() -> Vec<StrokeFigures> {
@@ -49,6 +49,16 @@ fn assert_near(figures: &[StrokeFigures]) {
 #[test]
 fn a_sliding_tool_leaves_the_reference_s_groove_and_is_pushed_back_with_its_force() {
     assert_near(&ours());
+}
+
+#[test]
+fn so_it_does_on_a_slow_and_on_a_fast_wheel() {
+    for rpm in [20.0, 300.0] {
+        for stroke in draw_at(rpm, MethodKind::Plastic, GridShape::PAPER).unwrap() {
+            println!("{rpm} rpm, {} {}: groove {:.4}", stroke.name, stroke.number, stroke.groove);
+            assert!(stroke.groove < if stroke.number == 1 { 0.06 } else { 0.08 }, "{rpm} rpm: {stroke:?}");
+        }
+    }
 }
 
 #[test]
