@@ -67,6 +67,8 @@ pub struct Dented {
     pub force_n: f32,
     /// The same on the finger inside, towards the axis, if there is one.
     pub finger_n: Option<f32>,
+    /// Elements that the tool touched in its last step.
+    pub touched: u32,
     /// Volume pushed in and raised, mm³.
     pub volume_in_mm3: f64,
     /// Volume raised above the untouched surface, mm³.
@@ -258,6 +260,7 @@ impl Dent {
             radial_mm,
             force_n,
             finger_n,
+            touched: pressing.contact.elements,
             volume_in_mm3,
             volume_out_mm3,
             behind_mm: Some(pressing.behind_mm()),

@@ -114,6 +114,7 @@ impl Scene {
             radial_mm: seen_mm,
             force_n: force_n as f32,
             finger_n: None,
+            touched: self.reached().len() as u32,
             volume_in_mm3,
             volume_out_mm3,
             behind_mm: None,

@@ -4,10 +4,12 @@
 //! Invariant: nothing is said twice.
 
 use std::error::Error;
+use std::io;
 
 /// An error and its sources in one sentence, from what could not be done to why.
 ///
-/// Some errors name their source in words of their own: what has been said is left out, and what a source says better is left to it.
+/// Some errors name their source in words of their own: what has been said is left out, and what a source says better is left to it. What a
+/// system says of files and addresses that anybody may mistype is said in our words.
 ///
 /// ```
 /// use pottery_files::sentence::sentence;
@@ -20,11 +22,13 @@ use std::error::Error;
 ///
 /// let fault = Fault::from(std::io::Error::other("the disk is gone"));
 /// assert_eq!(sentence(&fault), "lead.pot cannot be read: the disk is gone");
+/// let missing = std::fs::read("/nowhere/lead.pot").map_err(Fault::from).unwrap_err();
+/// assert_eq!(sentence(&missing), "lead.pot cannot be read: there is no such file or folder");
 /// ```
 #[must_use]
 pub fn sentence(error: &(dyn Error + 'static)) -> String {
     let mut said = String::new();
-    for part in core::iter::successors(Some(error), |&error| error.source()) {
+    for part in chain(error) {
         let part = part.to_string();
         if part.contains(&said) {
             said = part;
@@ -32,5 +36,28 @@ pub fn sentence(error: &(dyn Error + 'static)) -> String {
             said = format!("{said}: {part}");
         }
     }
+    for error in chain(error) {
+        let system = error.downcast_ref::<io::Error>().filter(|error| error.raw_os_error().is_some());
+        if let Some((theirs, ours)) = system.and_then(|error| Some((error.to_string(), words(error.kind())?))) {
+            said = said.replace(&theirs, ours);
+        }
+    }
     said
+}
+
+fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
+    core::iter::successors(Some(error), |&error| error.source())
+}
+
+/// What is wrong with a file or an address, where that can be said better than the system does.
+const fn words(kind: io::ErrorKind) -> Option<&'static str> {
+    Some(match kind {
+        io::ErrorKind::NotFound => "there is no such file or folder",
+        io::ErrorKind::IsADirectory => "that is a folder",
+        io::ErrorKind::NotADirectory => "what stands before its name is no folder",
+        io::ErrorKind::StorageFull => "the disk is full",
+        io::ErrorKind::AddrInUse => "another program listens there",
+        io::ErrorKind::AddrNotAvailable => "this machine has no such address",
+        _ => return None,
+    })
 }

@@ -370,6 +370,7 @@ fn grid_that_is_too_coarse_for_the_tool_is_warned_of_with_one_that_is_not() {
     assert!(warning(&["--grid", "360x8"]).contains("give at least --grid 126x68"));
     assert!(warning(&["--tool-radius-mm", "0.5", "--depth-mm", "0.1"]).contains("no grid is fine enough"));
     assert_eq!(warning(&["--grid", "126x68"]), "");
+    assert!(warning(&["--depth-mm", "0.04"]).contains("elements, so that its force comes in steps; press deeper"));
     // the reference's own
     assert_eq!(warning(&["--tool-radius-mm", "8", "--wall-mm", "8", "--depth-mm", "4"]), "");
     // no element is touched, and none was timed
@@ -387,7 +388,7 @@ fn published_method_says_which_flags_make_no_difference_to_it() {
         assert!(!figures.contains("inner wall"), "{figures}");
         assert_eq!(pressed("idle.csv", &["--method", method, "--grid", "126x68"]).1, "");
     }
-    let flags = ["--method", "ours", "--grid", "126x68", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
+    let flags = ["--method", "ours", "--grid", "252x136", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
     let (figures, said) = pressed("used.csv", &flags);
     assert!(said.is_empty() && figures.contains("inner wall"), "{figures}{said}");
 }

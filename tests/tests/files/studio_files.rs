@@ -64,7 +64,9 @@ fn pot_that_cannot_be_opened_is_one_sentence() {
     let mut bytes = fs::read(&sample).unwrap();
     bytes[100] ^= 1;
     fs::write(&damaged, bytes).unwrap();
-    for (path, expected) in [(&none, "No such file"), (&damaged, "take another copy"), (&folder, "directory")] {
+    for (path, expected) in
+        [(&none, "there is no such file"), (&damaged, "take another copy"), (&folder, "that is a folder")]
+    {
         let text = sentence(&studio(&["--headless", "--open", text(path)]));
         assert!(text.contains(expected), "{text}");
     }
@@ -117,9 +119,9 @@ fn export_that_cannot_be_written_leaves_the_old_file() {
     fs::set_permissions(&protected, permissions).unwrap();
     for (out, expected) in [
         (folder.join("folder.ply"), "is a folder"),
-        (folder.join("none/pot.glb"), "No such file"),
+        (folder.join("none/pot.glb"), "there is no such file or folder"),
         (protected.clone(), "permission denied"),
-        (old.join("pot.svg"), "Not a directory"),
+        (old.join("pot.svg"), "before its name is no folder"),
         (folder.join("pot.doc"), "let it end in .stl"),
     ] {
         let said = sentence(&studio(&["export", text(&sample), text(&out)]));
@@ -150,7 +152,7 @@ fn full_disk_leaves_the_old_file() {
     let full = folder.join("full.stl");
     std::os::unix::fs::symlink("/dev/full", &full).unwrap();
     let said = sentence(&studio(&["export", text(&sample), text(&full)]));
-    assert!(said.contains("No space left"), "{said}");
+    assert!(said.contains("the disk is full"), "{said}");
     fs::remove_dir_all(folder).unwrap();
 }
 

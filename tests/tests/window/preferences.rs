@@ -187,7 +187,7 @@ fn what_cannot_be_written_is_said_in_the_panel_and_nothing_is_lost() {
             until_said("is there already");
             display.run("xdotool", &["key", key]);
         }
-        until_said("No space left");
+        until_said("the disk is full");
         fs::remove_file(&place).unwrap();
     }
     // and with room again it is saved: the wheel has what it had

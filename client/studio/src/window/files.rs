@@ -11,6 +11,7 @@ use std::thread::JoinHandle;
 use egui::RichText;
 use pottery_client::export::{Format, export};
 use pottery_client::pot_file::PotFile;
+use pottery_client::sentence;
 use pottery_shared::session::fitted;
 use pottery_shared::snapshot::PotRecord;
 
@@ -204,9 +205,9 @@ impl Drop for Files {
 fn work(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
     let written = || Outcome::Written(path.to_path_buf());
     let came = match wish {
-        Wish::Save => pot.write(path).map(|()| written()).map_err(|error| error.to_string()),
-        Wish::Export => export(&pot.pot().pot(), path).map(|()| written()).map_err(|error| error.to_string()),
-        Wish::Open => PotFile::read(path).map_err(|error| error.to_string()).and_then(|file| {
+        Wish::Save => pot.write(path).map(|()| written()).map_err(|error| sentence(&error)),
+        Wish::Export => export(&pot.pot().pot(), path).map(|()| written()).map_err(|error| sentence(&error)),
+        Wish::Open => PotFile::read(path).map_err(|error| sentence(&error)).and_then(|file| {
             let record = fitted(file.pot(), pot.pot().spec()).map_err(|error| error.to_string())?;
             Ok(Outcome::Opened(path.to_path_buf(), Arc::new(record)))
         }),

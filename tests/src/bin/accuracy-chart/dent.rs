@@ -8,6 +8,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use pottery_files::sentence::sentence;
 use pottery_shared::clay::{ErrorBound, GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::{Dent, DentError, Dented, Figure, Rounded};
@@ -17,9 +18,9 @@ use pottery_tests::printed::{Printed, remark};
 enum MethodName {
     /// Elastic up to yield, plastic beyond, with a rim
     Ours,
-    /// Original CSEM
+    /// Original CSEM, which pushes a tool that stands back no more once the clay has given way
     Original,
-    /// Improved CSEM
+    /// Improved CSEM, the same
     Improved,
 }
 
@@ -68,8 +69,8 @@ pub(crate) struct DentFlags {
     /// Take the tool away before the surface is read
     #[arg(long)]
     release: bool,
-    /// Go round the pot after the press, at this speed, up to 3000; clay takes time to give way, so that a groove is the shallower the faster
-    /// it is made
+    /// Go round the pot after the press, at this speed, up to 3000. Clay of our method knows no rate then, as the reference's knows none; to a
+    /// tool that goes along it at less than 40 mm/s it is one that hardly slides
     #[arg(long, requires = "turns")]
     rpm: Option<f32>,
     /// Go along the axis by so much a turn, and by no more than half of the height in all [default: 0]
@@ -80,7 +81,7 @@ pub(crate) struct DentFlags {
     turns: Option<f32>,
     /// While it goes round, advance our wheel as a profile wherever the error's RMS over the groove is estimated to stay below so many
     /// percent of the depth, 0.01 to 20; a hollow pot never is. The clay then takes the time that it takes on the wheel, 120 ms, and not
-    /// 2 ms as without this flag: what a profile changes is seen against --profile 0.01, which hardly ever chooses it
+    /// the next to none of without this flag: what a profile changes is seen against --profile 0.01, which hardly ever chooses it
     #[arg(long, requires = "rpm", value_name = "PERCENT", num_args = 0..=1, default_missing_value = "1", value_parser = bound)]
     profile: Option<ErrorBound>,
     /// Comma-separated file for theta_rad,z_mm,u_r_mm of every element
@@ -171,6 +172,9 @@ fn refusal(error: DentError) -> String {
     format!("{flag}: {error}")
 }
 
+/// So many elements that a force is a sum and not a staircase.
+const FEW: u32 = 9;
+
 /// What is to be known of a grid whose elements are longer than a quarter of the tool's radius.
 fn coarse(dent: &Dent) -> Option<String> {
     // whatever anybody sees
@@ -206,6 +210,11 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
     let dented = dented.map_err(refusal)?;
     if let Some(warning) = coarse(&dent) {
         remark(format_args!("accuracy-chart: {warning}"));
+    } else if dent.method == MethodKind::Plastic && (1..FEW).contains(&dented.touched) {
+        remark(format_args!(
+            "accuracy-chart: the tool touches {} elements, so that its force comes in steps; press deeper, or give a finer --grid",
+            dented.touched
+        ));
     }
     let idle = flags.idle();
     if dent.method != MethodKind::Plastic && !idle.is_empty() {
@@ -223,7 +232,8 @@ fn write_surface(flags: &DentFlags, dented: &Dented) -> Result<(), Box<dyn std::
         let z_mm = (at % rows) as f32 * dented.row_height_mm;
         writeln!(text, "{angle_rad:.6},{z_mm:.4},{radial_mm:.6}")?;
     }
-    std::fs::write(&flags.out, text).map_err(|error| format!("{} cannot be written: {error}", flags.out.display()))?;
+    std::fs::write(&flags.out, text)
+        .map_err(|error| format!("{} cannot be written: {}", flags.out.display(), sentence(&error)))?;
     Ok(())
 }
 

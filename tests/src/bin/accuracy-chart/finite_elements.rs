@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
+use pottery_files::sentence::sentence;
 use pottery_tests::printed::Printed;
 use pottery_tests::yardstick::fem::cases;
 
@@ -22,7 +23,7 @@ pub(crate) struct FiniteElementsFlags {
 
 /// Calculates the case and writes its tables as they come.
 pub(crate) fn run(flags: &FiniteElementsFlags) -> Result<(), Box<dyn std::error::Error>> {
-    let unwritable = |error: std::io::Error| format!("{} cannot be written: {error}", flags.out.display());
+    let unwritable = |error: std::io::Error| format!("{} cannot be written: {}", flags.out.display(), sentence(&error));
     std::fs::create_dir_all(&flags.out).map_err(unwritable)?;
     let (mut failed, mut told) = (None, Ok(()));
     cases::make(&flags.case, |file| match std::fs::write(flags.out.join(&file.name), &file.text) {

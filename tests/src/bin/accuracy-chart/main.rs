@@ -18,6 +18,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use pottery_files::sentence::sentence;
 use pottery_tests::printed::remark;
 
 const EXAMPLES: &str = "\
@@ -98,14 +99,15 @@ fn main() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => refused(&error),
+        Err(error) => refused(&sentence(error.as_ref())),
     }
 }
 
 /// Makes the folder that files shall go to.
 fn make_folder(folder: &Path) -> Result<(), String> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("the folder {} cannot be made: {error}; choose another with --out", folder.display()))
+    std::fs::create_dir_all(folder).map_err(|error| {
+        format!("the folder {} cannot be made: {}; choose another with --out", folder.display(), sentence(&error))
+    })
 }
 
 /// Whether a name has these words in it, in any case.

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
+use pottery_files::sentence::sentence;
 use pottery_shared::protocol::JoinCode;
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::server_program;
@@ -226,7 +227,7 @@ impl RunFlags {
             let is_new = !path.exists();
             let opened = OpenOptions::new().append(true).create(true).open(path);
             let closed = opened.and_then(|_| if is_new { std::fs::remove_file(path) } else { Ok(()) });
-            closed.map_err(|error| format!("{} cannot be written: {error}", path.display()))?;
+            closed.map_err(|error| format!("{} cannot be written: {}", path.display(), sentence(&error)))?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pottery_client::whole_file::write_whole;
+use pottery_files::sentence::sentence;
 use pottery_tests::load::result::{RunResult, Verdict};
 use pottery_tests::load::soak::Slope;
 use pottery_tests::load::{knee, law, page, run, soak};
@@ -44,7 +45,7 @@ fn main() -> ExitCode {
     match done {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            remark(format_args!("load-test: {error:#}"));
+            remark(format_args!("load-test: {}", sentence(error.as_ref())));
             ExitCode::from(if error.is::<Senseless>() { SENSELESS } else { ERROR })
         }
     }
@@ -63,12 +64,12 @@ fn tell(flags: &RunFlags, result: &RunResult) -> Result<(), Box<dyn std::error::
     for said in &result.said {
         writeln!(Printed, "{said}")?;
     }
-    writeln!(Printed, "verdict                     {}", sentence(result.verdict))?;
+    writeln!(Printed, "verdict                     {}", in_words(result.verdict))?;
     write(flags.json.as_deref(), &serde_json::to_string_pretty(result)?)?;
     write(flags.html.as_deref(), &page::of_run(result))
 }
 
-const fn sentence(verdict: Verdict) -> &'static str {
+const fn in_words(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Pass => "pass",
         Verdict::Breach => "a threshold is broken",
