@@ -388,7 +388,7 @@ fn published_method_says_which_flags_make_no_difference_to_it() {
         assert!(!figures.contains("inner wall"), "{figures}");
         assert_eq!(pressed("idle.csv", &["--method", method, "--grid", "126x68"]).1, "");
     }
-    let flags = ["--method", "ours", "--grid", "252x136", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
+    let flags = ["--method", "ours", "--grid", "126x68", "--support", "hollow", "--wall-mm", "6", "--yield-kpa", "20"];
     let (figures, said) = pressed("used.csv", &flags);
     assert!(said.is_empty() && figures.contains("inner wall"), "{figures}{said}");
 }

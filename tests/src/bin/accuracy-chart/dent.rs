@@ -173,7 +173,7 @@ fn refusal(error: DentError) -> String {
 }
 
 /// So many elements that a force is a sum and not a staircase.
-const FEW: u32 = 9;
+const FEW: u32 = 6;
 
 /// What is to be known of a grid whose elements are longer than a quarter of the tool's radius.
 fn coarse(dent: &Dent) -> Option<String> {
