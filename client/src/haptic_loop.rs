@@ -164,6 +164,7 @@ impl HapticLoop {
         let sessions = self.side.status.sessions();
         if std::mem::replace(&mut self.sessions, sessions) != sessions {
             self.last_stamp = None;
+            self.hand.begin_session();
         }
         let stamp = Tick(0).offset(local as i64 + self.side.status.tick_offset());
         self.follow_teacher(stamp, dt);
@@ -457,20 +458,24 @@ mod tests {
         let (side, mut net) = boundary(&Patch { field, conditions: Conditions::default(), rack: rack::standard() });
         let (mut asked, device) = pointer();
         let mut hand = HapticLoop::new(Box::new(device), side);
-        let target_m = Some(Vec3::new(0.1, 0.0, 0.1));
+        let target_m = Some(Vec3::new(0.0705, 0.0, 0.1));
         asked.write(crate::device::Pointer { target_m, ..Default::default() });
-        let mut stamps = |locals: std::ops::Range<u64>, net: &mut crate::boundary::NetSide| {
+        let stamps = |hand: &mut HapticLoop, locals: std::ops::Range<u64>, net: &mut crate::boundary::NetSide| {
             locals.for_each(|local| hand.tick(local));
             let sent: Vec<_> = std::iter::from_fn(|| net.next_sample()).map(|sample| sample.tick.0).collect();
             (sent.first().copied(), sent.last().copied())
         };
         net.status().set_tick_offset(3_600_000);
-        assert_eq!(stamps(1..100, &mut net).1, Some(3_600_099));
+        assert_eq!(stamps(&mut hand, 1..100, &mut net).1, Some(3_600_099));
         // a lead that goes back within a session sends no tick twice
         net.status().set_tick_offset(3_599_998);
-        assert_eq!(stamps(100..110, &mut net).0, Some(3_600_100));
+        assert_eq!(stamps(&mut hand, 100..110, &mut net).0, Some(3_600_100));
         net.status().begin_session();
         net.status().set_tick_offset(50);
-        assert_eq!(stamps(110..120, &mut net), (Some(160), Some(169)));
+        assert_eq!(stamps(&mut hand, 110..120, &mut net), (Some(160), Some(169)));
+        // nothing of before is pressed on the clay that comes: what was later there would keep what is pressed now from it
+        net.publish(|patch| patch.field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(169)));
+        assert_eq!(stamps(&mut hand, 120..140, &mut net), (Some(170), Some(189)));
+        assert_eq!(hand.hand().field().through(), Tick(189));
     }
 }

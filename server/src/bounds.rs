@@ -28,7 +28,7 @@ const FRAME_READ: usize = 2 * (CONTROL_MAX + 4096);
 const CONNECTION: usize = 256 * 1024;
 
 /// Connections that may be there without having been let in, beyond as many as the room takes people: whoever knocks while so many do
-/// waits outside. Each is gone after 15 s, let in or not.
+/// waits outside. Each is gone after 25 s, unless it is let in.
 pub(crate) const STRANGERS: usize = 256;
 
 /// Most bytes that one connection can make the server hold: 2.4 MB.

@@ -45,6 +45,8 @@ pub(crate) struct Link {
     is_in: Arc<AtomicBool>,
     /// The place among those who have not been let in.
     stranger: Option<OwnedSemaphorePermit>,
+    /// Whether the room has done with it, so that nothing more is heard of it.
+    is_over: bool,
     /// Packets that were lost on the way when it was last looked at.
     lost: u64,
     /// Shortest times of a way and back, of this span and the one before.
@@ -62,6 +64,9 @@ pub(crate) struct Look {
     pub(crate) telling: Telling,
 }
 
+/// How long a peer may take to read what is queued for it before the end: all of it over a megabit a second.
+const ENDS_WITHIN: Duration = Duration::from_secs(9);
+
 /// How long the shortest time of a way and back counts.
 const SPAN: Duration = Duration::from_secs(20);
 
@@ -78,6 +83,7 @@ impl Link {
             dropped: AtomicU64::new(0),
             is_in: Arc::default(),
             stranger: Some(stranger),
+            is_over: false,
             lost: 0,
             shortest: [Duration::MAX; 2],
             span_began: Duration::ZERO,
@@ -90,6 +96,16 @@ impl Link {
     pub(crate) fn let_in(&mut self) {
         self.stranger = None;
         self.is_in.store(true, Ordering::Relaxed);
+    }
+
+    /// Notes that the room has done with the peer: what it still says is not heard.
+    pub(crate) const fn end(&mut self) {
+        self.is_over = true;
+    }
+
+    /// Whether the room has done with the peer.
+    pub(crate) const fn is_over(&self) -> bool {
+        self.is_over
     }
 
     /// Whether it was let in, for whoever reads the connection.
@@ -143,8 +159,14 @@ impl Link {
         self.queue(Outgoing::Frame(frame, room))
     }
 
-    /// Ends the connection once the queued frames are through; false when the queue is full.
+    /// Ends the connection once the queued frames are through, or the peer has not read them for too long; false when the queue is full.
     pub(crate) fn finish(&self) -> bool {
+        let session = self.session.clone();
+        tokio::spawn(async move {
+            if tokio::time::timeout(ENDS_WITHIN, session.closed()).await.is_err() {
+                session.close(0, b"goodbye");
+            }
+        });
         self.queue(Outgoing::Finish)
     }
 

@@ -258,12 +258,14 @@ impl Ticking {
                 self.links.insert(peer, link);
             }
             Event::Control(peer, frame) => {
+                // one that was refused greets only once
+                if self.links.get(&peer).is_none_or(|link| link.is_over()) {
+                    return true;
+                }
                 self.room.handle_control(peer, &frame);
                 self.note_wrong_codes();
-                if let Some(link) = self.links.get_mut(&peer)
-                    && self.room.is_in(peer)
-                {
-                    link.let_in();
+                if let Some(link) = self.links.get_mut(&peer) {
+                    if self.room.is_in(peer) { link.let_in() } else { link.end() }
                 }
             }
             Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),

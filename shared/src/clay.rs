@@ -7,6 +7,7 @@ mod ball;
 mod bending;
 mod conditions;
 mod contact;
+mod covering;
 mod digest;
 mod ellipse;
 mod faceted;

@@ -10,6 +10,7 @@ mod facets;
 mod orientation;
 mod outline;
 pub mod rack;
+mod ridges;
 mod section;
 
 pub use convex::{ConvexError, ConvexTool};

@@ -111,6 +111,9 @@ impl Worker {
         view.picture.draw(&view.pot, &all, self.epoch.elapsed(), &mut view.changed);
         view.number = self.session.number();
         view.rack = self.session.rack();
+        // what is as it is at first is not told
+        view.steps = *self.session.steps();
+        view.guidance.target = self.session.guidance().target().cloned();
         (view.link, view.is_whole) = (Link::Open, true);
         true
     }

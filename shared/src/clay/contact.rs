@@ -18,7 +18,7 @@ use super::lanes::{
 use super::rays::Rays;
 use super::series::GivenWay;
 use super::unbent::Unbent;
-use super::{GridShape, Press, Surface, Window};
+use super::{GridShape, Press, Support, Surface, Window};
 use crate::tool::{Lattice, Side, Tool};
 
 /// Height above the tool that stands for rows beyond the rim, m: farther than any tool reaches, and its square is finite.
@@ -57,7 +57,9 @@ pub(super) struct Column {
     pub(super) first_row: u32,
     /// Angle from the tool to the column, rad.
     pub(super) angle_rad: f32,
-    /// Direction of the column's ray.
+    /// What of the column is looked at along that ray, from 0 to 1: see `covering`.
+    pub(super) share: f32,
+    /// Direction of the ray along which the tool is looked at.
     pub(super) cos: f32,
     pub(super) sin: f32,
     /// The tool's centre along the ray and across it, m.
@@ -84,6 +86,7 @@ impl Column {
             column,
             first_row: window.first_row + chunks.start * LANES as u32,
             angle_rad,
+            share: 1.0,
             cos,
             sin,
             along_m,
@@ -186,7 +189,7 @@ impl Chunks {
         }
         let (mut first, mut end) = (usize::MAX, 0);
         for (number, room) in self.room[self.used..][..count].iter_mut().enumerate() {
-            if tally.add(found(number, room)) {
+            if tally.add(found(number, room), column.share) {
                 first = first.min(number);
                 end = number + 1;
             }
@@ -202,7 +205,7 @@ impl Chunks {
 
 /// What is counted while elements are found.
 pub(super) struct Tally<S: Simd> {
-    /// Touched elements, lane by lane: whole numbers, which `f32` holds.
+    /// Touched elements, lane by lane: whole numbers, which `f32` holds, but for those of which shares are.
     pub(super) elements: f32x8<S>,
     deepest_m: f32x8<S>,
 }
@@ -215,9 +218,9 @@ impl<S: Simd> Tally<S> {
 
     /// Whether any of eight penetrations touches.
     #[inline(always)]
-    pub(super) fn add(&mut self, penetration_m: f32x8<S>) -> bool {
+    pub(super) fn add(&mut self, penetration_m: f32x8<S>, share: f32) -> bool {
         let touched = positive(penetration_m);
-        self.elements += only(touched, splat(penetration_m.simd, 1.0));
+        self.elements += only(touched, splat(penetration_m.simd, share));
         self.deepest_m = self.deepest_m.max(penetration_m);
         touched.any_true()
     }
@@ -288,7 +291,7 @@ impl Contacts {
 
     #[inline(always)]
     pub(super) fn take<S: Simd>(&mut self, tally: &Tally<S>) {
-        self.elements = sum(tally.elements) as u32;
+        self.elements = libm::ceilf(sum(tally.elements)) as u32;
         self.deepest_m = tally.deepest_m.to_array().into_iter().fold(0.0, f32::max);
     }
 
@@ -356,7 +359,11 @@ impl Contacts {
                     Side::Outside => surface.widest_m() + 1e-6,
                     Side::Inside => surface.narrowest_m() - behind_m - 1e-6,
                 };
-                self.gather_facets::<S, LEANS, _>(simd, &mut &*surface, press, shape, [behind_m, reach_m], cutter);
+                // the published methods press whole columns, and what is left of a contact at a wall that gives way is not known yet
+                let is_narrow = LEANS && surface.support() == Support::Backed;
+                if !is_narrow || !self.gather_narrow(simd, surface, press, shape, [behind_m, reach_m], cutter) {
+                    self.gather_facets::<S, LEANS, _>(simd, &mut &*surface, press, shape, [behind_m, reach_m], cutter);
+                }
             }
             (Tool::Convex(_), None) => {}
         }

@@ -16,8 +16,8 @@ use crate::tool::{ConvexTool, Eights, Pose, STEEPEST, Sections, Shape, Side, Sid
 /// The convex tools that presses name, and the memory in which one of them is cut.
 #[derive(Clone, Debug)]
 pub(super) struct Cutter {
-    rack: Arc<[ConvexTool]>,
-    sections: Sections,
+    pub(super) rack: Arc<[ConvexTool]>,
+    pub(super) sections: Sections,
 }
 
 impl Cutter {
@@ -51,14 +51,24 @@ impl Scratch {
 }
 
 /// A section and the facets of the side that presses, seen along its column's ray.
-struct Face<'a> {
-    section: &'a Eights<'a>,
+pub(super) struct Face<'a> {
+    pub(super) section: &'a Eights<'a>,
     /// Their bits.
-    normals: &'a [[u32; 4]],
+    pub(super) normals: &'a [[u32; 4]],
     /// Directions in the tool's own coordinates: against the ray, against what lies across it, and down.
-    axes: [Vec3; 3],
-    outwards: f32,
-    behind_m: f32,
+    pub(super) axes: [Vec3; 3],
+    pub(super) outwards: f32,
+    pub(super) behind_m: f32,
+}
+
+/// Where a section is pressed: the column, what of it the tool covers, the angle of the ray along which it was cut from the tool's centre, rad,
+/// and its direction.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) column: u32,
+    pub(super) share: f32,
+    pub(super) angle_rad: f32,
+    pub(super) direction: [f32; 2],
 }
 
 impl Contacts {
@@ -81,10 +91,7 @@ impl Contacts {
         let Some(tool) = rack.get(usize::from(shape.0)) else { return };
         let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
         let Some(turn) = pose.turn() else { return };
-        let (sides, reach_m, outwards) = match press.side {
-            Side::Outside => (Sides::Near, reach_m, 1.0),
-            Side::Inside => (Sides::Far, reach_m.max(0.0), -1.0),
-        };
+        let (sides, reach_m, outwards) = met(press.side, reach_m);
         let lattice = ground.lattice();
         sections.cut_with(simd, tool, &pose, &lattice, reach_m, sides);
         let extent = sections.extent();
@@ -93,32 +100,41 @@ impl Contacts {
         }
         let crate::tool::Extent { first_column, columns, first_row, rows } = extent;
         self.window = Window { first_column, columns, first_row, rows }.aligned(lattice.rows, LANES as u32);
-        self.tool_m = tool.radius().0;
-        self.distance_m = root(pose.centre_m.x * pose.centre_m.x + pose.centre_m.y * pose.centre_m.y);
-        self.angle_rad = libm::atan2f(pose.centre_m.y, pose.centre_m.x);
+        self.stand(press, tool);
         self.fill_heights(simd, lattice.rows, lattice.row_height_m, press.centre_m.z);
         let mut tally = Tally::new(simd);
         for section in sections.eights() {
-            let axes = axes(&turn, ground.lattice().directions[section.column as usize].to_array());
+            let column = section.column;
+            let direction = ground.lattice().directions[column as usize].to_array();
+            let angle_rad = nearest_turn(column as f32 * ground.column_rad() - self.angle_rad);
+            let axes = axes(&turn, direction);
             let face = Face { section: &section, normals: tool.facing(), axes, outwards, behind_m };
-            self.gather_section::<S, LEANS, G>(simd, ground, press, &face, &mut tally);
+            let place = Place { column, share: 1.0, angle_rad, direction };
+            self.gather_section::<S, LEANS, G>(simd, ground, press, &face, &place, &mut tally);
         }
         self.take(&tally);
     }
 
+    /// Notes where a tool stands, and how far it reaches.
+    pub(super) fn stand(&mut self, press: &Press, tool: &ConvexTool) {
+        let Vec3 { x, y, .. } = press.centre_m;
+        self.tool_m = tool.radius().0;
+        self.distance_m = root(x * x + y * y);
+        self.angle_rad = libm::atan2f(y, x);
+    }
+
     #[inline(always)]
-    fn gather_section<S: Simd, const LEANS: bool, G: Ground>(
+    pub(super) fn gather_section<S: Simd, const LEANS: bool, G: Ground>(
         &mut self,
         simd: S,
         ground: &mut G,
         press: &Press,
         face: &Face<'_>,
+        place: &Place,
         tally: &mut Tally<S>,
     ) {
         let Face { section, outwards, behind_m, .. } = *face;
-        let column = section.column;
-        let [cos, sin] = ground.lattice().directions[column as usize].to_array();
-        let angle_rad = nearest_turn(column as f32 * ground.column_rad() - self.angle_rad);
+        let Place { column, share, angle_rad, direction: [cos, sin] } = *place;
         let (along_m, aside_m) =
             (press.centre_m.x * cos + press.centre_m.y * sin, press.centre_m.y * cos - press.centre_m.x * sin);
         let Eights { first_row, radii_m: edges_m, facets, .. } = *section;
@@ -126,7 +142,8 @@ impl Contacts {
         let chunks = first..first + edges_m.len() as u32;
         let rows = first_row..first_row + (edges_m.len() * LANES) as u32;
         let (whole_m, last_m) = ground.radii_m(column, rows).as_chunks::<LANES>();
-        let at = Column::new(column, self.window, chunks, angle_rad, [cos, sin], [along_m, aside_m]);
+        let mut at = Column::new(column, self.window, chunks, angle_rad, [cos, sin], [along_m, aside_m]);
+        at.share = share;
         let kept = self.add_column(
             at,
             #[inline(always)]
@@ -176,8 +193,16 @@ impl Face<'_> {
     }
 }
 
+/// Which side of a tool meets clay from a side of a wall, how far it is looked for, m, and which way it presses.
+pub(super) const fn met(side: Side, reach_m: f32) -> (Sides, f32, f32) {
+    match side {
+        Side::Outside => (Sides::Near, reach_m, 1.0),
+        Side::Inside => (Sides::Far, reach_m.max(0.0), -1.0),
+    }
+}
+
 /// The opposites of a column's ray, the direction across it and the way up, as a turned tool sees them.
-fn axes(turn: &Mat3, [cos, sin]: [f32; 2]) -> [Vec3; 3] {
+pub(super) fn axes(turn: &Mat3, [cos, sin]: [f32; 2]) -> [Vec3; 3] {
     let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
     let [along, across] = [(-cos, -sin), (sin, -cos)].map(|(x, y)| columns.map(|axis| axis.x * x + axis.y * y));
     [along, across, columns.map(|axis| -axis.z)].map(Vec3::from_array)

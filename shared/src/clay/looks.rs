@@ -197,7 +197,7 @@ fn borne<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> B
     let bed = spot.bed();
     let outwards = outwards(press.side);
     for stretch in contacts.stretches() {
-        let &Column { angle_rad, cos, sin, .. } = stretch.column;
+        let &Column { angle_rad, share, cos, sin, .. } = stretch.column;
         let [mut ahead_sum, mut aside_sum, mut deep_sum] = [zero; 3];
         for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
@@ -208,6 +208,7 @@ fn borne<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> B
             aside_sum += carried * chunk.aside.on(simd);
             deep_sum += depth;
         }
+        let [ahead_sum, aside_sum, deep_sum] = [ahead_sum * share, aside_sum * share, deep_sum * share];
         all += ahead_sum;
         deep += deep_sum;
         let by_angle = deep_sum * angle_rad;

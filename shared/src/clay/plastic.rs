@@ -328,10 +328,11 @@ fn contact_ellipse<S: Simd>(simd: S, contacts: &Contacts, step: &Step) -> Option
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let mut slopes = zero;
     for stretch in contacts.stretches() {
+        let share = stretch.column.share;
         for (chunk, above) in stretch.iter() {
             let (above, radius) = (above.on(simd), chunk.radius_m.on(simd));
             let touched = (chunk.penetration_m.on(simd) * (1.0 / EDGE_M)).max(zero).min(one);
-            let weight = touched * radius;
+            let weight = touched * radius * share;
             let (aside, up) = (chunk.aside.on(simd), chunk.up.on(simd));
             slopes += weight * (up * up + aside * aside);
             moments.add(weight, radius, above);
@@ -459,13 +460,13 @@ fn yields<S: Simd>(
     let [mut x, mut y, mut z, mut all] = [zero; 4];
     let bed = spot.bed();
     let outwards = outwards(press.side);
-    let response = -outwards * press.response;
     if pushes.len() < contacts.found() {
         pushes.resize(contacts.found(), Push::NONE);
     }
     let mut rest = pushes.as_mut_slice();
     for stretch in contacts.stretches() {
-        let &Column { angle_rad, cos, sin, .. } = stretch.column;
+        let &Column { angle_rad, share, cos, sin, .. } = stretch.column;
+        let response = -outwards * press.response * share;
         let (pushes, others) = core::mem::take(&mut rest).split_at_mut(stretch.chunks.len());
         rest = others;
         let [mut ahead_sum, mut aside_sum] = [zero; 2];
@@ -481,8 +482,8 @@ fn yields<S: Simd>(
             let part = depth / elastic;
             // the pressure acts where the tool is, which covers less clay the nearer it is to the axis
             // what is pressed on bears no more than what rests: clay knows no rate but the one at which it yields
-            let carried = part.min(one) * shape * (radius - depth * outwards);
-            let rising = (one - part).max(zero);
+            let carried = part.min(one) * shape * (radius - depth * outwards) * share;
+            let rising = (one - part).max(zero) * share + (1.0 - share);
             let delta = (depth - elastic).max(zero) * response;
             *push = Push { delta_m: delta.into(), rising: rising.into(), carried: carried.into() };
         }

@@ -8,7 +8,7 @@ use core::f32::consts::PI;
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use super::contact::{Contacts, nearest_turn};
+use super::contact::{Column, Contacts, nearest_turn};
 use super::ellipse::{Ellipse, Step};
 use super::lanes::{
     Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, counted, f32x8, i32x8, positive, root, splat,
@@ -117,25 +117,47 @@ impl Rim<'_> {
             let arcs = arcs.to_array();
             for lane in 0..LANES.min((window.columns - local) as usize) {
                 let raised = from[lane] as u32..to[lane] as u32;
-                bands.push(Band { arc: arcs[lane], pressed: raised.start..raised.start, raised, pushes: 0 });
+                let pressed = raised.start..raised.start;
+                bands.push(Band { arc: arcs[lane], raised, pressed, columns: 0..0, pushes: 0 });
             }
         }
+        let chunks_of = |column: &Column| {
+            let chunk = |row: u32| (row - window.first_row) / LANES as u32;
+            chunk(column.first_row)..chunk(column.end_row())
+        };
+        let columns = contacts.columns();
         let mut found = 0;
-        for column in contacts.columns() {
-            let Some(local) = window.local_column(surface.shape(), column.column) else { continue };
-            let first = (column.first_row - window.first_row) / LANES as u32;
-            let count = (column.end_row() - column.first_row) / LANES as u32;
-            let band = &mut bands[local as usize];
-            (band.pressed, band.pushes) = (first..first + count, found);
-            found += count;
+        for (number, column) in columns.iter().enumerate() {
+            let chunks = chunks_of(column);
+            if let Some(local) = window.local_column(surface.shape(), column.column) {
+                bands[local as usize].press(number, &chunks, found);
+            }
+            found += chunks.len();
         }
         for (local, band) in bands.iter().enumerate() {
             let all = band.all();
             let column = footprint.narrow(local, all.clone());
             kernel.raise(simd, &self.shape, rows, band, column);
-            let pressed = &mut column[band.pressed.start as usize - all.start..];
-            for (lanes, push) in pressed.iter_mut().zip(&pushes[band.pushes as usize..][..band.pressed.len()]) {
+            // a column that is looked at along several rays yields along all of them, and rises where none presses
+            let mut parts = columns[band.columns.clone()].iter().scan(band.pushes, |at, part| {
+                let chunks = chunks_of(part);
+                let pushes = &pushes[*at..*at + chunks.len()];
+                *at += chunks.len();
+                Some((chunks.start as usize - all.start, pushes))
+            });
+            let Some((start, first)) = parts.next() else { continue };
+            for (start, others) in parts.clone() {
+                for (lanes, push) in column[start..].iter_mut().zip(others) {
+                    *lanes = (f32x8::load_array_ref(simd, lanes) * push.rising.on(simd)).to_array();
+                }
+            }
+            for (lanes, push) in column[start..].iter_mut().zip(first) {
                 *lanes = (f32x8::load_array_ref(simd, lanes) * push.rising.on(simd) + push.delta_m.on(simd)).to_array();
+            }
+            for (start, others) in parts {
+                for (lanes, push) in column[start..].iter_mut().zip(others) {
+                    *lanes = (f32x8::load_array_ref(simd, lanes) + push.delta_m.on(simd)).to_array();
+                }
             }
         }
     }
@@ -165,7 +187,9 @@ impl Rim<'_> {
         for column in contacts.columns() {
             first_row = first_row.min(i64::from(column.first_row));
             last_row = last_row.max(i64::from(column.end_row()) - 1);
-            reach_rad = reach_rad.max((column.angle_rad - dent.arc_m / dent.radius_m).abs());
+            // a ray may be up to a column away from the middle of what it is a part of
+            let off_rad = if column.share < 1.0 { step.column_rad } else { 0.0 };
+            reach_rad = reach_rad.max((column.angle_rad - dent.arc_m / dent.radius_m).abs() + off_rad);
         }
         // the middle stands within half a column of its own
         let half_columns = (reach_rad / step.column_rad + 0.501) as u32;
@@ -217,11 +241,21 @@ struct Band {
     arc: f32,
     raised: Range<u32>,
     pressed: Range<u32>,
-    /// Where what is pressed stands among what yields.
-    pushes: u32,
+    /// What of the contact's columns is this one, and where that stands among what yields.
+    columns: Range<usize>,
+    pushes: usize,
 }
 
 impl Band {
+    /// Notes that a contact's column of some number presses chunks, and where that stands among what yields.
+    fn press(&mut self, number: usize, chunks: &Range<u32>, pushes: usize) {
+        if self.columns.is_empty() {
+            (self.columns, self.pressed, self.pushes) = (number..number, chunks.clone(), pushes);
+        }
+        self.columns.end = number + 1;
+        self.pressed = self.pressed.start.min(chunks.start)..self.pressed.end.max(chunks.end);
+    }
+
     /// All chunks that change, and what lies between.
     fn all(&self) -> Range<usize> {
         let (start, end) = (self.raised.start.min(self.pressed.start), self.raised.end.max(self.pressed.end));

@@ -77,7 +77,7 @@ impl Unbent {
             for (number, (chunk, (found_m, above))) in (0..).zip(chunks.iter_mut().zip(found_m)) {
                 let left_m = way.rest(&column, [chunk.radius_m.on(simd), above.on(simd)], found_m.on(simd));
                 chunk.penetration_m = left_m.into();
-                if tally.add(left_m) {
+                if tally.add(left_m, column.share) {
                     first = first.min(number);
                     end = number + 1;
                 }

@@ -35,7 +35,7 @@ pub struct Hand {
     field: Field,
     conditions: Conditions,
     substep: SubStep,
-    /// A ring; `recorded` counts all samples ever put in.
+    /// A ring; `recorded` counts all samples put in since the session began.
     recent: [Option<ToolSample>; RECENT],
     recorded: usize,
     /// On which side of the wall the tool works, while there is one.
@@ -97,6 +97,12 @@ impl Hand {
     /// Forgets on which side the tool was, since there is none.
     pub const fn put_down(&mut self) {
         self.side = None;
+    }
+
+    /// Forgets what was pressed, for clay of a server that knows nothing of it and may count from less.
+    pub fn begin_session(&mut self) {
+        self.recent.fill(None);
+        self.recorded = 0;
     }
 
     /// Where a tool on its way to `to` first meets clay, or that place itself: a fast tool is stopped at the clay, so that no

@@ -302,7 +302,7 @@ pub enum Order {
         /// As at the end of which tick.
         to: u64,
     },
-    /// Take back what this teacher put there last.
+    /// Take back this teacher's newest step there, a pot that was put or a stroke, as undo does.
     TakeBack {
         /// Where.
         wheel: u16,

@@ -295,7 +295,7 @@ impl Bench {
             outbox.push_back(Transmit { to: peer, lane: Lane::Control(notice) });
         }
         if self.author.latest() > Version(0) {
-            self.resync(peer, 0, outbox);
+            self.answer_resync(peer, 0, now, outbox);
         }
     }
 

@@ -40,6 +40,16 @@ pub enum BringError {
         /// How many corners there are.
         corners: usize,
     },
+    /// More corners than a closed surface of so many triangles has; only a broken program sends that.
+    #[error("{corners} corners are more than the {max} of a closed surface of {triangles} triangles")]
+    Loose {
+        /// How many corners there are.
+        corners: usize,
+        /// Most allowed.
+        max: usize,
+        /// How many triangles there are.
+        triangles: usize,
+    },
     /// The mesh makes no tool.
     #[error(transparent)]
     Mesh(#[from] ConvexError),
@@ -82,7 +92,11 @@ pub fn tool_of(mesh: &MeshWire) -> Result<ConvexTool, BringError> {
         }
         triangles_m.push(corners_m);
     }
-    Ok(ConvexTool::new(&triangles_m)?)
+    let tool = ConvexTool::new(&triangles_m)?;
+    // by Euler's formula: with more, what is told of a tool could be longer than a frame
+    let (corners, triangles) = (mesh.corners_m.len(), mesh.facets.len());
+    let max = triangles / 2 + 2;
+    if corners > max { Err(BringError::Loose { corners, max, triangles }) } else { Ok(tool) }
 }
 
 fn check_count(triangles: usize) -> Result<(), BringError> {

@@ -11,6 +11,7 @@ use core::fmt;
 use glam::{DVec3, Vec3, Vec4};
 
 use super::facets::{Facets, Link, after};
+use super::ridges::Ridges;
 use crate::units::Metres;
 
 /// Why triangles do not make a convex tool.
@@ -128,6 +129,7 @@ pub struct ConvexTool {
     radius: Metres,
     volume_m3: f32,
     bluntness: Metres,
+    ridges: Ridges,
 }
 
 /// Cells on an edge of the cube of directions.
@@ -198,9 +200,22 @@ impl ConvexTool {
             [x, y, z, u32::from(link.onward[0]) | u32::from(link.onward[1]) << 16]
         };
         let steps = links.iter().map(step).collect();
-        let mut tool =
-            Self { corners_m, links, normals, steps, facing, outermost, centre_m, radius, volume_m3, bluntness };
+        let ridges = Ridges::default();
+        let mut tool = Self {
+            corners_m,
+            links,
+            normals,
+            steps,
+            facing,
+            outermost,
+            centre_m,
+            radius,
+            volume_m3,
+            bluntness,
+            ridges,
+        };
         tool.outermost = tool.find_outermost();
+        tool.ridges = Ridges::of(&tool);
         Ok(tool)
     }
 
@@ -245,6 +260,16 @@ impl ConvexTool {
     /// Bits of the normals, with 0 in a fourth lane.
     pub(crate) fn facing(&self) -> &[[u32; 4]] {
         &self.facing
+    }
+
+    /// Its edges, if one of them is sharp.
+    pub(super) const fn ridges(&self) -> &Ridges {
+        &self.ridges
+    }
+
+    /// How many sides its triangles have.
+    pub(super) const fn sides(&self) -> usize {
+        self.links.len()
     }
 
     /// Of every side bits of its facet's apex, from the centre, m, and the two sides that lead onward from it, 16 bits each:

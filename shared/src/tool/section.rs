@@ -245,6 +245,53 @@ impl Sections {
         self.columns = ((first + columns - behind) % columns, ahead + behind);
     }
 
+    /// Cuts along rays that are no columns, by their directions: a section's column is the number of its ray.
+    #[inline(never)]
+    pub(crate) fn cut_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        tool: &ConvexTool,
+        pose: &Pose,
+        lattice: &Lattice<'_>,
+        reach_m: f32,
+        sides: Sides,
+    ) {
+        self.spans.clear();
+        self.columns = (0, lattice.directions.len());
+        self.sides = Some(sides);
+        self.slots = 0;
+        let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) else { return };
+        self.lay_out(lattice.directions.len(), lattice.rows as usize);
+        let begun = if sides == Sides::Far { cut.farthest() } else { cut.nearest() };
+        let Some((side, _)) = begun else { return };
+        for first in (0..lattice.directions.len()).step_by(LANES) {
+            self.eight_rays(simd, &cut, first, side);
+        }
+    }
+
+    /// Cuts along eight rays, or the last ones.
+    #[inline(never)]
+    fn eight_rays<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, first: usize, side: u16) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let is_far = cut.sides == Sides::Far;
+                let (sense, reach_m) = if is_far { (-1.0, -cut.reach_m) } else { (1.0, cut.reach_m) };
+                let last = cut.lattice.directions.len() - 1;
+                let columns = core::array::from_fn(|lane| (first + lane).min(last));
+                let slices = cut.slices(simd, columns, sense, reach_m);
+                let sides = core::array::from_fn(|lane| (first + lane <= last).then_some(side));
+                let ways = slices.walk(slices.crossings_from(sides), &mut self.outline);
+                let begun = self.spans.len();
+                for (lane, way) in ways.iter().enumerate() {
+                    let Some(way) = way.as_ref().filter(|way| way.nearest_m <= reach_m) else { continue };
+                    self.write(&slices, cut.sides, way, columns[lane] as u32, lane);
+                }
+                self.end(begun);
+            },
+        );
+    }
+
     /// Cuts up to eight columns, so many of them ahead and behind, as long as the next one may be cut too.
     #[inline(never)]
     fn eight<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, first: usize, searches: &mut [Search; 2], counts: [usize; 2]) {

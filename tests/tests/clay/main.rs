@@ -10,6 +10,7 @@ mod lathe;
 mod material;
 mod merge;
 mod methods;
+mod narrow_tools;
 mod orientation;
 mod pinch;
 mod polygonal_presses;

@@ -155,7 +155,17 @@ fn what_makes_no_tool_is_refused_with_its_reason() {
         ..sound.clone()
     };
     let empty = MeshWire { corners_m: Vec::new(), facets: Vec::new() };
-    let hostile = [unnumbered, endless, open, inside_out, dented, huge, empty];
+    // with as many corners that nothing names as a request has room for: what is told of it would be longer
+    let mut loose = sound.clone();
+    let fits = |mesh: &MeshWire| {
+        let encoded = protocol::encode(&Request::Tool { mesh: mesh.clone() });
+        protocol::decode::<CONTROL_MAX, Request>(&encoded).is_ok()
+    };
+    while fits(&loose) {
+        loose.corners_m.push([0.0; 3]);
+    }
+    loose.corners_m.pop();
+    let hostile = [unnumbered, endless, open, inside_out, dented, huge, empty, loose];
     let found = hostile.each_ref().map(|mesh| tool_of(mesh).unwrap_err());
     let is_expected = [
         matches!(found[0], BringError::Corner { triangle: 3, corner: u16::MAX, corners: 42 }),
@@ -165,8 +175,9 @@ fn what_makes_no_tool_is_refused_with_its_reason() {
         matches!(found[4], BringError::Mesh(ConvexError::NotConvex { .. })),
         matches!(found[5], BringError::Mesh(ConvexError::Size { .. })),
         matches!(found[6], BringError::Mesh(ConvexError::TooFew { .. })),
+        matches!(found[7], BringError::Loose { max: 42, triangles: 80, .. }),
     ];
-    assert_eq!(is_expected, [true; 7], "{found:?}");
+    assert_eq!(is_expected, [true; 8], "{found:?}");
     // a program without manners: each is answered, and nothing hangs in anybody's rack
     let mut studio = Studio::open();
     let (rude, other) = (studio.join(), studio.join());
@@ -174,7 +185,7 @@ fn what_makes_no_tool_is_refused_with_its_reason() {
         studio.clients[rude].0.request(&Request::Tool { mesh });
         studio.idle(500);
     }
-    assert_eq!(studio.answers(rude), vec![ClientEvent::NotBrought(NoTool::Unsound); 7]);
+    assert_eq!(studio.answers(rude), vec![ClientEvent::NotBrought(NoTool::Unsound); 8]);
     assert_eq!(studio.answers(other), []);
     assert!(studio.clients.iter().all(|(client, _)| client.rack().len() == 4));
 }

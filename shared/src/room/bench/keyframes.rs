@@ -23,15 +23,23 @@ const ANSWER_TICKS_FULL: i64 = 1000;
 impl Bench {
     /// Answers a request for a keyframe, unless one that answers it too is still on its way over a line that is full.
     pub(in crate::room) fn answer_resync(&mut self, peer: PeerId, have: u32, now: Tick, outbox: &mut Outbox) {
+        // who asks for all of it, and not for what it has missed, holds something else
+        if have > 0 && self.is_coming(peer, have, now) {
+            return;
+        }
+        let latest = self.author.latest().0;
         let Some(seat) = self.seats.get_mut(&peer) else { return };
+        seat.answered = Some((have..latest, now));
+        self.resync(peer, have, outbox);
+    }
+
+    /// Whether a keyframe that leads on from `have` was sent so lately that it may still be on its way.
+    fn is_coming(&self, peer: PeerId, have: u32, now: Tick) -> bool {
+        let Some(seat) = self.seats.get(&peer) else { return false };
         let answer_ticks = if seat.telling == Telling::Asked { ANSWER_TICKS_FULL } else { ANSWER_TICKS };
         // what leads on from an older one leads on from this one as well, which may have come by pulses that were still on their way
         let is_coming = |(over, at): &(Range<u32>, Tick)| over.contains(&have) && now.since(*at) < answer_ticks;
-        if have > 0 && seat.answered.as_ref().is_some_and(is_coming) {
-            return;
-        }
-        seat.answered = (have > 0).then_some((have..self.author.latest().0, now));
-        self.resync(peer, have, outbox);
+        seat.answered.as_ref().is_some_and(is_coming)
     }
 
     /// Says again what leads on from `have`: with the next pulse, or in a keyframe when that is no longer kept.
@@ -40,7 +48,7 @@ impl Bench {
         let Some(seat) = self.seats.get_mut(&peer) else { return };
         if (seat.retells || seat.telling != Telling::Asked) && lead_on(&self.ways, Version(have), seat.retells) {
             seat.again_from = Some(Version(have));
-        } else {
+        } else if !self.is_coming(peer, have, now) {
             self.answer_resync(peer, have, now, outbox);
         }
     }

@@ -1,0 +1,113 @@
+//! Collision of a narrow tool with sharp edges: along rays that go with the tool, each of which tells of parts of columns.
+//!
+//! Owns where the rays stand, and which columns they tell of; what a tool meets along one is found as on a column itself.
+//! Invariant: as clay turns under a tool, or it goes on, every ray covers as much, and no column is covered by more than all of it.
+//!
+//! Looked at along its columns, clay would have a tool whose wall stands along one touch it from top to bottom in one tick and not in
+//! the next: an edge half an element wide pressed with twice its force, and then with none.
+
+use glam::Vec2;
+
+use super::contact::{Contacts, Tally};
+use super::faceted::{Cutter, Face, Place, axes, met};
+use super::lanes::{LANES, Simd, root};
+use super::{Press, Surface, Window};
+use crate::tool::{Extent, Lattice, Pose, Shape, Side};
+
+/// Most rays, and the width from which on columns tell as much, in columns.
+const RAYS_MAX: usize = 16;
+/// Columns and rows at which the clay about a tool is looked at for how far it goes, or one more.
+const COLUMNS: u32 = 12;
+const ROWS: u32 = 24;
+
+/// Radius of the widest clay about a tool outside, of the narrowest about one inside, m, as far as some of its elements tell. It bounds where rays
+/// stand: what everybody knows of the whole pot is not the same everywhere, what is there is.
+fn reach_about_m(surface: &Surface, press: &Press, tool_m: f32, behind_m: f32) -> f32 {
+    let (shape, centre_m) = (surface.shape(), press.centre_m);
+    let distance_m = root(centre_m.x * centre_m.x + centre_m.y * centre_m.y);
+    let half_rad = libm::asinf((tool_m / distance_m).min(1.0));
+    let middle = libm::roundf(libm::atan2f(centre_m.y, centre_m.x) / shape.column_angle_rad()) as i64;
+    let half_columns = ((half_rad / shape.column_angle_rad()) as u32).min(shape.columns() / 2);
+    let last_row = (shape.rows() - 1) as f32;
+    let row = |z_m: f32| (z_m / surface.row_height_m()).clamp(0.0, last_row) as u32;
+    let (first_row, end_row) = (row(centre_m.z - tool_m), row(centre_m.z + tool_m) + 1);
+    let [columns_apart, rows_apart] = [(2 * half_columns) / COLUMNS + 1, (end_row - first_row) / ROWS + 1];
+    let columns = (0..=2 * half_columns).step_by(columns_apart as usize);
+    let columns =
+        columns.map(|local| surface.column_m(shape.wrap(middle + i64::from(local) - i64::from(half_columns))));
+    let radii_m =
+        columns.flat_map(|column_m| column_m[first_row as usize..end_row as usize].iter().step_by(rows_apart as usize));
+    match press.side {
+        Side::Outside => radii_m.fold(0.0, |widest_m, radius_m| widest_m.max(*radius_m)),
+        Side::Inside => radii_m.fold(f32::MAX, |narrowest_m, radius_m| narrowest_m.min(*radius_m)) - behind_m,
+    }
+}
+
+impl Contacts {
+    /// Finds the elements that a convex tool with sharp edges touches, as [`Contacts::gather_facets`] does, unless it has none or is
+    /// wide, or none of it is in reach: whether it was looked at.
+    #[inline(always)]
+    pub(super) fn gather_narrow<S: Simd>(
+        &mut self,
+        simd: S,
+        surface: &Surface,
+        press: &Press,
+        shape: Shape,
+        [behind_m, reach_m]: [f32; 2],
+        cutter: &mut Cutter,
+    ) -> bool {
+        let Cutter { rack, sections } = cutter;
+        let Some(tool) = rack.get(usize::from(shape.0)) else { return false };
+        let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
+        let (sides, reach_m, outwards) = met(press.side, reach_m);
+        let ends_rad = tool.ends_rad(&pose, reach_about_m(surface, press, tool.radius().0, behind_m), sides);
+        let (Some([begin_rad, end_rad]), Some(turn)) = (ends_rad, pose.turn()) else { return false };
+        let column_rad = surface.shape().column_angle_rad();
+        let width = (end_rad - begin_rad) / column_rad;
+        if width >= RAYS_MAX as f32 {
+            return false;
+        }
+        self.stand(press, tool);
+        let rays = if width > LANES as f32 { RAYS_MAX } else { LANES };
+        let ray_rad = (end_rad - begin_rad) / rays as f32;
+        let angle_rad = |ray: u32| begin_rad + (ray as f32 + 0.5) * ray_rad;
+        let mut directions = [Vec2::ZERO; RAYS_MAX];
+        for (ray, direction) in (0..).zip(&mut directions[..rays]) {
+            let (sin, cos) = libm::sincosf(self.angle_rad + angle_rad(ray));
+            *direction = Vec2::new(cos, sin);
+        }
+        let rows = surface.shape().rows();
+        let lattice = Lattice { directions: &directions[..rays], rows, row_height_m: surface.row_height_m() };
+        sections.cut_rays(simd, tool, &pose, &lattice, reach_m, sides);
+        let Extent { first_row, rows: rows_cut, .. } = sections.extent();
+        if rows_cut == 0 {
+            return true;
+        }
+        // in columns, round the pot
+        let begin = (self.angle_rad + begin_rad) / column_rad;
+        let [first, last] = [begin, begin + width].map(|end| libm::roundf(end) as i64);
+        let (first_column, columns) = (surface.shape().wrap(first), (last - first) as u32 + 1);
+        self.window = Window { first_column, columns, first_row, rows: rows_cut }.aligned(rows, LANES as u32);
+        self.fill_heights(simd, rows, surface.row_height_m(), press.centre_m.z);
+        let mut tally = Tally::new(simd);
+        let per_ray = width / rays as f32;
+        for section in sections.eights() {
+            let ray = section.column;
+            let direction = directions[ray as usize].to_array();
+            let face =
+                Face { section: &section, normals: tool.facing(), axes: axes(&turn, direction), outwards, behind_m };
+            let [from, to] = [ray, ray + 1].map(|end| begin + end as f32 * per_ray);
+            for column in libm::roundf(from) as i64..=libm::roundf(to) as i64 {
+                let middle = column as f32;
+                let share = to.min(middle + 0.5) - from.max(middle - 0.5);
+                if share > 0.0 {
+                    let column = surface.shape().wrap(column);
+                    let place = Place { column, share, angle_rad: angle_rad(ray), direction };
+                    self.gather_section::<S, true, _>(simd, &mut &*surface, press, &face, &place, &mut tally);
+                }
+            }
+        }
+        self.take(&tally);
+        true
+    }
+}
