@@ -108,8 +108,12 @@ impl Dent {
     /// known of small deflections: from about half of the radius on, it would come out on the other side of the axis.
     fn check_depth(&self) -> Result<(), DentError> {
         let (wall_m, third_m) = (self.pot.wall.0, self.pot.radius.0 / 3.0);
+        let squeezed_m = wall_m - PotSpec::WALL_MIN.0;
         let (most_m, why) = match self.pot.support {
             Support::Backed if wall_m < third_m => (wall_m, "how thick the backed wall is"),
+            Support::Hollow if self.finger.is_some() && squeezed_m < third_m => {
+                (squeezed_m, "what the finger leaves of the wall but a millimetre")
+            }
             _ => (third_m, "a third of the pot's radius"),
         };
         Figure::Depth.within(self.depth.0, Range::UpTo(most_m), why)

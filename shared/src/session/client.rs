@@ -503,12 +503,7 @@ impl Client {
 
     fn poll_inputs(&mut self, now: Duration, rests: bool) -> Option<Inputs> {
         let pending = self.predictor.pending();
-        let (Some(oldest), Some(newest)) = (pending.front(), pending.back()) else {
-            // nothing is awaited, so that nobody is silent
-            self.progress_at = now;
-            return None;
-        };
-        let (oldest, newest) = (oldest.sequence, newest.sequence);
+        let (oldest, newest) = (pending.front()?.sequence, pending.back()?.sequence);
         // an answer to what was said again takes a round trip
         let is_silent = now.saturating_sub(self.progress_at) >= Self::REPEAT_AFTER
             && now.saturating_sub(self.repeated_at) >= Self::REPEAT_AFTER.max(self.round_trip + Self::REPEAT_MORE);

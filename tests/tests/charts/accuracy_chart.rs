@@ -265,6 +265,7 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--pot-radius-mm", "0"], &["--pot-radius-mm", "from 10 to 150 mm"]),
         (&["--wall-mm", "50"], &["--wall-mm", "from 1 to 30 mm, half of the pot's radius"]),
         (&["--finger-mm", "8"], &["needs --support hollow", "no inside"]),
+        (&["--finger-mm", "8", "--support", "hollow", "--depth-mm", "7.1"], &["--depth-mm", "at most 7 mm", "finger"]),
         (
             &["--finger-mm", "52.1", "--support", "hollow"],
             &["--finger-mm", "finger radius of 52.1", "from 0.5 to 40 mm"],

@@ -4,11 +4,12 @@
 //! Invariant: whatever makes no sense is refused in one sentence before anything is written.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use pottery_files::sentence::sentence;
+use pottery_files::whole_file::{WriteError, write_whole};
 use pottery_shared::clay::{ErrorBound, GridShape, MethodKind, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
 use pottery_tests::dent::{Dent, DentError, Dented, Figure, Rounded};
@@ -232,8 +233,13 @@ fn write_surface(flags: &DentFlags, dented: &Dented) -> Result<(), Box<dyn std::
         let z_mm = (at % rows) as f32 * dented.row_height_mm;
         writeln!(text, "{angle_rad:.6},{z_mm:.4},{radial_mm:.6}")?;
     }
-    std::fs::write(&flags.out, text)
-        .map_err(|error| format!("{} cannot be written: {}", flags.out.display(), sentence(&error)))?;
+    write_whole(&flags.out, |file| file.write_all(text.as_bytes())).map_err(|error| {
+        let source = match error {
+            WriteError::Folder { .. } => ErrorKind::IsADirectory.into(),
+            WriteError::Refused { source, .. } => source,
+        };
+        format!("{} cannot be written: {}", flags.out.display(), sentence(&source))
+    })?;
     Ok(())
 }
 
