@@ -14,8 +14,10 @@ use super::lanes::{LANES, Simd, root};
 use super::{Press, Surface, Window};
 use crate::tool::{Extent, Lattice, Pose, Shape, Side};
 
-/// Most rays, and the width from which on columns tell as much, in columns.
-const RAYS_MAX: usize = 16;
+/// How many rays there are: as many as are cut at once.
+const RAYS: usize = LANES;
+/// Width from which on columns tell as well what a tool meets, in columns.
+const WIDE: f32 = 8.0;
 /// Columns and rows at which the clay about a tool is looked at for how far it goes, or one more.
 const COLUMNS: u32 = 12;
 const ROWS: u32 = 24;
@@ -64,20 +66,19 @@ impl Contacts {
         let (Some([begin_rad, end_rad]), Some(turn)) = (ends_rad, pose.turn()) else { return false };
         let column_rad = surface.shape().column_angle_rad();
         let width = (end_rad - begin_rad) / column_rad;
-        if width >= RAYS_MAX as f32 {
+        if width >= WIDE {
             return false;
         }
         self.stand(press, tool);
-        let rays = if width > LANES as f32 { RAYS_MAX } else { LANES };
-        let ray_rad = (end_rad - begin_rad) / rays as f32;
+        let ray_rad = (end_rad - begin_rad) / RAYS as f32;
         let angle_rad = |ray: u32| begin_rad + (ray as f32 + 0.5) * ray_rad;
-        let mut directions = [Vec2::ZERO; RAYS_MAX];
-        for (ray, direction) in (0..).zip(&mut directions[..rays]) {
+        let mut directions = [Vec2::ZERO; RAYS];
+        for (ray, direction) in (0..).zip(&mut directions) {
             let (sin, cos) = libm::sincosf(self.angle_rad + angle_rad(ray));
             *direction = Vec2::new(cos, sin);
         }
         let rows = surface.shape().rows();
-        let lattice = Lattice { directions: &directions[..rays], rows, row_height_m: surface.row_height_m() };
+        let lattice = Lattice { directions: &directions, rows, row_height_m: surface.row_height_m() };
         sections.cut_rays(simd, tool, &pose, &lattice, reach_m, sides);
         let Extent { first_row, rows: rows_cut, .. } = sections.extent();
         if rows_cut == 0 {
@@ -90,7 +91,7 @@ impl Contacts {
         self.window = Window { first_column, columns, first_row, rows: rows_cut }.aligned(rows, LANES as u32);
         self.fill_heights(simd, rows, surface.row_height_m(), press.centre_m.z);
         let mut tally = Tally::new(simd);
-        let per_ray = width / rays as f32;
+        let per_ray = width / RAYS as f32;
         for section in sections.eights() {
             let ray = section.column;
             let direction = directions[ray as usize].to_array();

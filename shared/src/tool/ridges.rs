@@ -104,13 +104,20 @@ impl Ends {
     /// `t = (−b ± √(b² − a·c))/a`.
     fn add_edge(&mut self, from_m: Vec2, way_m: Vec2, reach_m2: f32, is_far: bool) {
         let (a, b, c) = (way_m.length_squared(), from_m.dot(way_m), from_m.length_squared() - reach_m2);
-        for (share, end_m2) in [(0.0, c), (1.0, a + 2.0 * b + c)] {
+        let end = a + 2.0 * b + c;
+        let is_across = (c > 0.0) != (end > 0.0);
+        // one with both ends beyond it may still come in between them
+        let dips = !is_far && c > 0.0 && b < 0.0 && a + b > 0.0;
+        if !is_across && !dips && (c > 0.0) != is_far {
+            return;
+        }
+        for (share, end_m2) in [(0.0, c), (1.0, end)] {
             if (end_m2 > 0.0) == is_far {
                 self.add(from_m + way_m * share);
             }
         }
         let square = b * b - a * c;
-        if square > 0.0 && a > 0.0 {
+        if (is_across || dips) && square > 0.0 && a > 0.0 {
             let half = root(square);
             for share in [(-b - half) / a, (-b + half) / a] {
                 if share > 0.0 && share < 1.0 {
