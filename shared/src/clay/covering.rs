@@ -62,13 +62,11 @@ impl Contacts {
         let Some(tool) = rack.get(usize::from(shape.0)) else { return false };
         let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
         let (sides, reach_m, outwards) = met(press.side, reach_m);
-        let ends_rad = tool.ends_rad(&pose, reach_about_m(surface, press, tool.radius().0, behind_m), sides);
-        let (Some([begin_rad, end_rad]), Some(turn)) = (ends_rad, pose.turn()) else { return false };
         let column_rad = surface.shape().column_angle_rad();
+        let reach_about_m = reach_about_m(surface, press, tool.radius().0, behind_m);
+        let ends_rad = tool.ends_rad(simd, &pose, reach_about_m, sides, WIDE * column_rad);
+        let (Some([begin_rad, end_rad]), Some(turn)) = (ends_rad, pose.turn()) else { return false };
         let width = (end_rad - begin_rad) / column_rad;
-        if width >= WIDE {
-            return false;
-        }
         self.stand(press, tool);
         let ray_rad = (end_rad - begin_rad) / RAYS as f32;
         let angle_rad = |ray: u32| begin_rad + (ray as f32 + 0.5) * ray_rad;

@@ -8,17 +8,17 @@ use alloc::vec::Vec;
 use glam::{Mat3, Vec2, Vec3};
 
 use super::{ConvexTool, Pose, Sides};
-use crate::lanes::root;
+use crate::lanes::{Eight, LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8, positive, root, splat};
 
 /// Cosine of the least angle by which the facets of a sharp edge turn: more than those of a ball of 320 facets do.
 const SHARP: f32 = 0.9;
 /// The same of one that is an edge at all, and no line within a plane.
 const EDGE: f32 = 0.9999;
 
-/// Corners at both ends of every edge.
+/// Both ends of the edges of a tool of which one is sharp, by eights along x, y and z, m; the last edge fills what is left of its eight.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ridges {
-    edges: Vec<[u16; 2]>,
+    ends_m: Vec<[[Eight; 3]; 2]>,
 }
 
 impl Ridges {
@@ -36,17 +36,31 @@ impl Ridges {
         if edges.len() > Self::MAX || edges.iter().all(|side| turn(*side) > SHARP) {
             return Self::default();
         }
-        Self { edges: edges.into_iter().map(|side| [tool.origin(side), tool.end(side)]).collect() }
+        let eight = |edges: &[u16]| {
+            let side = |lane: usize| edges[lane.min(edges.len() - 1)];
+            let ends = |lane: usize| [tool.origin(side(lane)), tool.end(side(lane))];
+            let end_m = |lane: usize, which: usize| tool.corners_m()[usize::from(ends(lane)[which])];
+            [0, 1].map(|which| [0, 1, 2].map(|axis| Eight(core::array::from_fn(|lane| end_m(lane, which)[axis]))))
+        };
+        Self { ends_m: edges.chunks(LANES).map(eight).collect() }
     }
 }
 
 impl ConvexTool {
     /// Angles between which a tool with sharp edges is within `reach_m` of the axis, from that of its centre, rad, or beyond it where its far side
-    /// is asked for. None of another tool, of one that is out of reach, nor where that is more than a quarter of a turn aside.
+    /// is asked for. None of another tool, of one that is out of reach, nor where they are `wide_rad` apart or more than a quarter of a turn aside.
     ///
     /// What of a tool is within a cylinder has its ends on edges: of a facet the cylinder cuts out a line that goes round the axis one way.
-    pub(crate) fn ends_rad(&self, pose: &Pose, reach_m: f32, sides: Sides) -> Option<[f32; 2]> {
-        let edges = &self.ridges().edges;
+    #[inline(always)]
+    pub(crate) fn ends_rad<S: Simd>(
+        &self,
+        simd: S,
+        pose: &Pose,
+        reach_m: f32,
+        sides: Sides,
+        wide_rad: f32,
+    ) -> Option<[f32; 2]> {
+        let edges = &self.ridges().ends_m;
         if edges.is_empty() {
             return None;
         }
@@ -56,14 +70,23 @@ impl ConvexTool {
             return None;
         }
         let seen = Seen::new(&turn, centre_m / distance_m, distance_m);
-        let mut ends = Ends::NONE;
-        for [from, to] in edges {
-            let [from_m, to_m] =
-                [from, to].map(|corner| seen.place_m(self.corners_m()[usize::from(*corner)].truncate()));
-            ends.add_edge(from_m, to_m - from_m, reach_m * reach_m, sides == Sides::Far);
+        let mut ends = Ends::new(simd, reach_m * reach_m, sides == Sides::Far);
+        for edges_m in edges {
+            let [from_m, to_m] = edges_m.each_ref().map(|end_m| seen.places_m(simd, end_m));
+            ends.add_edges(from_m, to_m);
         }
-        let [begin, end] = ends.tangents;
-        (begin <= end && !ends.is_wide).then(|| [begin, end].map(libm::atanf))
+        ends.rad().filter(|[begin, end]| end - begin < wide_rad)
+    }
+}
+
+/// Eight places, along the ray to a tool's centre and across it.
+#[derive(Clone, Copy)]
+struct Places<S: Simd>([f32x8<S>; 2]);
+
+impl<S: Simd> Places<S> {
+    #[inline(always)]
+    fn dot(self, other: Self) -> f32x8<S> {
+        self.0[0] * other.0[0] + self.0[1] * other.0[1]
     }
 }
 
@@ -79,50 +102,75 @@ impl Seen {
         Self { axes: [turn.x_axis, turn.y_axis, turn.z_axis].map(along), distance_m }
     }
 
-    fn place_m(&self, corner_m: Vec3) -> Vec2 {
+    #[inline(always)]
+    fn places_m<S: Simd>(&self, simd: S, [x_m, y_m, z_m]: &[Eight; 3]) -> Places<S> {
         let [x, y, z] = self.axes;
-        (x * corner_m.x + y * corner_m.y) + (z * corner_m.z + Vec2::new(self.distance_m, 0.0))
+        let [x_m, y_m, z_m] = [x_m.on(simd), y_m.on(simd), z_m.on(simd)];
+        Places([(x_m * x.x + y_m * y.x) + (z_m * z.x + self.distance_m), (x_m * x.y + y_m * y.y) + z_m * z.y])
     }
 }
 
-/// Least and largest tangent of the angle of what was added.
-struct Ends {
-    tangents: [f32; 2],
-    is_wide: bool,
+/// Least and largest tangent of the angle of what of a tool is within a circle, or beyond it.
+struct Ends<S: Simd> {
+    least: f32x8<S>,
+    most: f32x8<S>,
+    /// Whether something is more than a quarter of a turn aside.
+    is_aside: bool,
+    reach_m2: f32,
+    is_far: bool,
 }
 
-impl Ends {
-    const NONE: Self = Self { tangents: [f32::INFINITY, f32::NEG_INFINITY], is_wide: false };
-
-    fn add(&mut self, place_m: Vec2) {
-        let tangent = place_m.y / place_m.x;
-        self.is_wide |= place_m.x <= 0.0;
-        self.tangents = [self.tangents[0].min(tangent), self.tangents[1].max(tangent)];
+impl<S: Simd> Ends<S> {
+    #[inline(always)]
+    fn new(simd: S, reach_m2: f32, is_far: bool) -> Self {
+        let [least, most] = [f32::INFINITY, f32::NEG_INFINITY].map(|nothing| splat(simd, nothing));
+        Self { least, most, is_aside: false, reach_m2, is_far }
     }
 
-    /// Adds what of an edge is within a circle, or beyond it: as t goes from 0 to 1, `|from + t·way|²` is the circle's square at
+    /// The angles, if there is anything.
+    #[inline(always)]
+    fn rad(&self) -> Option<[f32; 2]> {
+        let begin = self.least.to_array().into_iter().fold(f32::INFINITY, f32::min);
+        let end = self.most.to_array().into_iter().fold(f32::NEG_INFINITY, f32::max);
+        (begin <= end && !self.is_aside).then(|| [begin, end].map(libm::atanf))
+    }
+
+    /// Adds those of eight places that count.
+    #[inline(always)]
+    fn add(&mut self, counts: mask32x8<S>, Places([along_m, across_m]): Places<S>) {
+        let tangent = across_m / along_m;
+        self.least = counts.select(tangent, self.least).min(self.least);
+        self.most = counts.select(tangent, self.most).max(self.most);
+        self.is_aside |= (counts & !positive(along_m)).any_true();
+    }
+
+    /// Adds what of eight edges is within the circle, or beyond it: as t goes from 0 to 1, `|from + t·way|²` is the circle's square at
     /// `t = (−b ± √(b² − a·c))/a`.
-    fn add_edge(&mut self, from_m: Vec2, way_m: Vec2, reach_m2: f32, is_far: bool) {
-        let (a, b, c) = (way_m.length_squared(), from_m.dot(way_m), from_m.length_squared() - reach_m2);
-        let end = a + 2.0 * b + c;
-        let is_across = (c > 0.0) != (end > 0.0);
+    #[inline(always)]
+    fn add_edges(&mut self, from_m: Places<S>, to_m: Places<S>) {
+        let [c, end] = [from_m, to_m].map(|place_m| place_m.dot(place_m) - self.reach_m2);
+        let is_beyond = [c, end].map(positive);
+        let counts = if self.is_far { is_beyond } else { is_beyond.map(|is_beyond| !is_beyond) };
+        let way_m = Places([to_m.0[0] - from_m.0[0], to_m.0[1] - from_m.0[1]]);
+        let (a, b) = (way_m.dot(way_m), from_m.dot(way_m));
+        let is_across = is_beyond[0] ^ is_beyond[1];
         // one with both ends beyond it may still come in between them
-        let dips = !is_far && c > 0.0 && b < 0.0 && a + b > 0.0;
-        if !is_across && !dips && (c > 0.0) != is_far {
+        let dips = !counts[0] & !counts[1] & positive(a + b) & !positive(b);
+        let square = b * b - a * c;
+        let crosses = (is_across | dips) & positive(square) & positive(a);
+        let has_ends = counts[0] | counts[1];
+        if !(has_ends | crosses).any_true() {
             return;
         }
-        for (share, end_m2) in [(0.0, c), (1.0, end)] {
-            if (end_m2 > 0.0) == is_far {
-                self.add(from_m + way_m * share);
-            }
+        if has_ends.any_true() {
+            self.add(counts[0], from_m);
+            self.add(counts[1], to_m);
         }
-        let square = b * b - a * c;
-        if (is_across || dips) && square > 0.0 && a > 0.0 {
-            let half = root(square);
-            for share in [(-b - half) / a, (-b + half) / a] {
-                if share > 0.0 && share < 1.0 {
-                    self.add(from_m + way_m * share);
-                }
+        if crosses.any_true() {
+            let half = square.max(0.0).sqrt();
+            for share in [(-b - half) / a, (half - b) / a] {
+                let is_between = crosses & positive(share) & !positive(share - 1.0);
+                self.add(is_between, Places([from_m.0[0] + way_m.0[0] * share, from_m.0[1] + way_m.0[1] * share]));
             }
         }
     }

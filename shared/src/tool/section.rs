@@ -217,14 +217,7 @@ impl Sections {
         reach_m: f32,
         sides: Sides,
     ) {
-        self.spans.clear();
-        self.columns = (0, 0);
-        self.sides = Some(sides);
-        self.slots = 0;
-        let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) else { return };
-        self.lay_out(lattice.directions.len(), lattice.rows as usize);
-        let begun = if sides == Sides::Far { cut.farthest() } else { cut.nearest() };
-        let Some((side, first)) = begun else { return };
+        let Some((cut, side, first)) = self.begin(tool, pose, lattice, reach_m, sides) else { return };
         let columns = lattice.directions.len();
         let mut searches = [Search { side, gone: 0, is_found: false, has_ended: false }; 2];
         loop {
@@ -245,7 +238,7 @@ impl Sections {
         self.columns = ((first + columns - behind) % columns, ahead + behind);
     }
 
-    /// Cuts along rays that are no columns, by their directions: a section's column is the number of its ray.
+    /// Cuts along eight rays that are no columns, by their directions: a section's column is the number of its ray.
     #[inline(never)]
     pub(crate) fn cut_rays<S: Simd>(
         &mut self,
@@ -256,40 +249,41 @@ impl Sections {
         reach_m: f32,
         sides: Sides,
     ) {
-        self.spans.clear();
-        self.columns = (0, lattice.directions.len());
-        self.sides = Some(sides);
-        self.slots = 0;
-        let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) else { return };
-        self.lay_out(lattice.directions.len(), lattice.rows as usize);
-        let begun = if sides == Sides::Far { cut.farthest() } else { cut.nearest() };
-        let Some((side, _)) = begun else { return };
-        for first in (0..lattice.directions.len()).step_by(LANES) {
-            self.eight_rays(simd, &cut, first, side);
-        }
-    }
-
-    /// Cuts along eight rays, or the last ones.
-    #[inline(never)]
-    fn eight_rays<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, first: usize, side: u16) {
+        let Some((cut, side, _)) = self.begin(tool, pose, lattice, reach_m, sides) else { return };
+        self.columns = (0, LANES);
         simd.vectorize(
             #[inline(always)]
             || {
-                let is_far = cut.sides == Sides::Far;
-                let (sense, reach_m) = if is_far { (-1.0, -cut.reach_m) } else { (1.0, cut.reach_m) };
-                let last = cut.lattice.directions.len() - 1;
-                let columns = core::array::from_fn(|lane| (first + lane).min(last));
-                let slices = cut.slices(simd, columns, sense, reach_m);
-                let sides = core::array::from_fn(|lane| (first + lane <= last).then_some(side));
-                let ways = slices.walk(slices.crossings_from(sides), &mut self.outline);
-                let begun = self.spans.len();
+                let (sense, reach_m) = if sides == Sides::Far { (-1.0, -cut.reach_m) } else { (1.0, cut.reach_m) };
+                let slices = cut.slices(simd, core::array::from_fn(|lane| lane), sense, reach_m);
+                let ways = slices.walk(slices.crossings_from([Some(side); LANES]), &mut self.outline);
                 for (lane, way) in ways.iter().enumerate() {
-                    let Some(way) = way.as_ref().filter(|way| way.nearest_m <= reach_m) else { continue };
-                    self.write(&slices, cut.sides, way, columns[lane] as u32, lane);
+                    if let Some(way) = way.as_ref().filter(|way| way.nearest_m <= reach_m) {
+                        self.write(&slices, sides, way, lane as u32, lane);
+                    }
                 }
-                self.end(begun);
+                self.end(0);
             },
         );
+    }
+
+    /// Forgets what was cut, and finds where to begin, if there is anything to cut: the side with which, and in which column.
+    fn begin<'a>(
+        &mut self,
+        tool: &'a ConvexTool,
+        pose: &Pose,
+        lattice: &'a Lattice<'a>,
+        reach_m: f32,
+        sides: Sides,
+    ) -> Option<(Cut<'a>, u16, usize)> {
+        self.spans.clear();
+        self.columns = (0, 0);
+        self.sides = Some(sides);
+        self.slots = 0;
+        let cut = Cut::new(tool, pose, lattice, reach_m, sides)?;
+        self.lay_out(lattice.directions.len(), lattice.rows as usize);
+        let (side, first) = if sides == Sides::Far { cut.farthest() } else { cut.nearest() }?;
+        Some((cut, side, first))
     }
 
     /// Cuts up to eight columns, so many of them ahead and behind, as long as the next one may be cut too.

@@ -9,7 +9,7 @@ use pottery_client::device::{
     pointer,
 };
 use pottery_shared::haptics::DeviceSpecs;
-use pottery_tests::display::{Controls, Display};
+use pottery_tests::display::{Controls, Display, SIZE};
 use pottery_tests::twin::HandSession;
 use pottery_tests::twin::haply::HaplyTwin;
 
@@ -138,8 +138,36 @@ fn until(controls: &Controls<'_>, said: &str) {
     }
 }
 
-/// Longer than from a place of the device to a picture that has taken it in.
+/// Longer than from a reply of the device to a hand that has taken it in.
 const SEEN: Duration = Duration::from_millis(700);
+
+/// Holds the device somewhere until many replies have said so.
+fn hold_at(twin: &HaplyTwin, place_m: Vec3) {
+    twin.hold_at(place_m);
+    let before = twin.with(|state| state.messages);
+    let deadline = Instant::now() + PATIENCE;
+    while twin.with(|state| state.messages) < before + 50 {
+        assert!(Instant::now() < deadline, "the device is no longer asked where it is");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(SEEN);
+}
+
+/// Holds it somewhere until the card's picture of what the hand reaches shows it.
+fn hold_until_drawn(twin: &HaplyTwin, display: &Display, place_m: Vec3) {
+    let card = || {
+        let pixels = display.pixels();
+        let rows = pixels.chunks_exact(SIZE.0 * 3).take(SIZE.1 - 70).skip(SIZE.1 / 2);
+        rows.flat_map(|row| row[(SIZE.0 - 300) * 3..(SIZE.0 - 20) * 3].to_vec()).collect::<Vec<u8>>()
+    };
+    let before = card();
+    hold_at(twin, place_m);
+    let deadline = Instant::now() + PATIENCE;
+    while card() == before {
+        assert!(Instant::now() < deadline, "the card does not follow the hand");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
 
 #[test]
 fn in_a_window_two_steps_fit_a_device_to_the_hand_and_it_is_so_at_the_next_start() {
@@ -149,21 +177,17 @@ fn in_a_window_two_steps_fit_a_device_to_the_hand_and_it_is_so_at_the_next_start
     let arguments = ["--listen", "127.0.0.1:0", "--mute", "--device", &device];
     let (mut studio, controls) = display.studio_with_controls(&arguments);
     let key = |name: &str| display.run("xdotool", &["key", name]);
-    let hold_at = |place_m: Vec3| {
-        twin.hold_at(place_m);
-        std::thread::sleep(SEEN);
-    };
     let rest_m = Vec3::new(0.02, -0.15, 0.18);
 
     until(&controls, "Fit the device to your hand (C)");
     key("c");
     until(&controls, "1 of 2");
-    hold_at(rest_m);
+    hold_at(&twin, rest_m);
     key("c");
     until(&controls, "2 of 2");
     // 50 mm up and 40 mm down
-    hold_at(rest_m + Vec3::new(0.03, 0.01, 0.05));
-    hold_at(rest_m - Vec3::new(0.03, 0.01, 0.04));
+    hold_until_drawn(&twin, &display, rest_m + Vec3::new(0.03, 0.01, 0.05));
+    hold_until_drawn(&twin, &display, rest_m - Vec3::new(0.03, 0.01, 0.04));
     assert_eq!(twin.force_n(), Vec3::ZERO);
     twin.with(|state| state.button_b = true);
     until(&controls, "Does it suit?");
@@ -194,7 +218,7 @@ fn in_a_window_two_steps_fit_a_device_to_the_hand_and_it_is_so_at_the_next_start
     let (mut studio, _controls) = display.studio_with_controls(&arguments);
     std::thread::sleep(SEEN);
     // 35 mm in the room, 7 mm into the clay
-    hold_at(rest_m + Vec3::Y * 0.014);
+    hold_at(&twin, rest_m + Vec3::Y * 0.014);
     let deadline = Instant::now() + PATIENCE;
     while twin.force_n().y > -0.1 {
         assert!(Instant::now() < deadline, "the clay is not where it was fitted to be: {} N", twin.force_n());

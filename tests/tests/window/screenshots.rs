@@ -157,6 +157,19 @@ fn at_rest(display: &Display) -> Vec<u8> {
     }
 }
 
+/// Presses a key that moves the tool, and waits until the window has shown it, or long enough for a tool that is as far as it goes: several of
+/// them that a busy machine took in at once would be one quick press, which leaves a higher ridge.
+fn press_slowly(display: &Display, key: &str) {
+    let look = || display.pixels()[..FIGURES[1] * SIZE.0 * 3].to_vec();
+    let (before, deadline) = (look(), Instant::now() + Duration::from_secs(2));
+    display.run("xdotool", &["key", key]);
+    let is_shown = |now: &[u8]| before.iter().zip(now).filter(|(before, now)| before != now).count() > EDGES_MAX;
+    while !is_shown(&look()) && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::thread::sleep(Duration::from_millis(400));
+}
+
 /// Waits until the window looks as the reference does.
 fn until_as(display: &Display, name: &str, comes: Comes, left_out: &[Part]) {
     let path = reference(name);
@@ -289,8 +302,8 @@ fn a_pot_is_pressed_keys_and_panel_are_opened_and_it_is_exported() {
         display.run("xdotool", &["mousemove", "625", height]);
         at_rest(&display);
         display.run("xdotool", &["mousedown", "1"]);
-        // a millimetre at a time, and slowly: a quick press leaves a higher ridge, and a busy machine would do several millimetres in one
-        display.run("xdotool", &[&["key", "--delay", "500"][..], &["w"; 14]].concat());
+        // a millimetre at a time
+        (0..14).for_each(|_| press_slowly(&display, "w"));
         at_rest(&display);
         display.run("xdotool", &["mouseup", "1"]);
         display.run("xdotool", &[&["key", "--delay", "60"][..], &["s"; 20]].concat());

@@ -53,6 +53,10 @@ impl App {
                 return;
             }
             Answer::GoOn => {
+                // where it is now and not where it was at the last picture, which may be long ago on a busy machine
+                if let Some(place_m) = monitor.place_m() {
+                    fitting.see(place_m);
+                }
                 fitting.go_on();
                 if fitting.step() == Step::Done {
                     monitor.fit_to(fitting.fit());
