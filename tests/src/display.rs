@@ -311,6 +311,8 @@ impl Controls<'_> {
     const SEEN: std::ops::Range<i32> = 40..640;
     /// Above this row, a menu has room below, also when a line or two come above it meanwhile.
     const MENU: i32 = 370;
+    /// How long after a turn of the mouse wheel nothing has moved where there is no way left, on a busy machine too.
+    const TURNED: Duration = Duration::from_secs(2);
 
     /// All of them, as they were drawn last.
     #[must_use]
@@ -357,7 +359,7 @@ impl Controls<'_> {
 
     fn press_within(&self, name: &str, rows: std::ops::Range<i32>) {
         let deadline = Instant::now() + Duration::from_secs(60);
-        let (mut before, mut turned) = (None, None);
+        let (mut before, mut turned) = (None, None::<(Control, Instant)>);
         loop {
             assert!(Instant::now() < deadline, "there is no '{name}': {:#?}", self.all());
             let found = self.find(name);
@@ -365,8 +367,14 @@ impl Controls<'_> {
             before.clone_from(&found);
             if let Some(control) = found.filter(|_| is_still) {
                 let (x, y) = control.middle();
+                let unmoved =
+                    turned.as_ref().filter(|(before, _)| *before == control).map(|(_, begun)| begun.elapsed());
+                if unmoved.is_some_and(|since| since < Self::TURNED) {
+                    thread::sleep(Duration::from_millis(100));
+                    continue;
+                }
                 // what the mouse wheel does not move any more is as high as it gets
-                let is_last = turned.as_ref() == Some(&control) && Self::SEEN.contains(&y);
+                let is_last = unmoved.is_some() && Self::SEEN.contains(&y);
                 if rows.contains(&y) || is_last {
                     self.display.run("xdotool", &["mousemove", &x.to_string(), &y.to_string()]);
                     // that it is pointed at is seen in the next picture
@@ -378,7 +386,7 @@ impl Controls<'_> {
                 } else {
                     let (x, turn) = (x.to_string(), if y < rows.start { "4" } else { "5" });
                     self.display.run("xdotool", &["mousemove", &x, "340", "click", turn]);
-                    (before, turned) = (None, Some(control));
+                    (before, turned) = (None, Some((control, Instant::now())));
                     thread::sleep(Duration::from_millis(300));
                 }
             }
