@@ -29,6 +29,8 @@ const STEP: Seconds = Seconds(1e-3);
 /// The reference knows no rate: clay gives way in the time that the quickest clay takes, or while the tool goes as far as this along it, m,
 /// whichever is sooner. It is the way of 2 ms at 48 rpm, at which the constants of sliding are fitted.
 const GIVES_WAY_M: f32 = 0.6e-3;
+/// Columns over which the force on a tool that goes round is a mean: it rises and falls with each that the tool comes to.
+const COLUMNS_FELT: f32 = 8.0;
 /// Quickest wheel, turns a minute, and longest time that it turns, min.
 const RPM_MAX: f32 = 3000.0;
 const MINUTES_MAX: f32 = 60.0;
@@ -63,7 +65,7 @@ pub struct Dented {
     pub row_height_mm: f32,
     /// Radial displacement, `[columns][rows]`, mm; negative is inwards.
     pub radial_mm: Vec<f32>,
-    /// Radial force on the tool in its last step, N: as it stands still, or as it goes round.
+    /// Radial force on the tool, N: in its last step as it stands still, or over the last eight columns that it goes over.
     pub force_n: f32,
     /// The same on the finger inside, towards the axis, if there is one.
     pub finger_n: Option<f32>,
@@ -123,7 +125,7 @@ impl Dent {
         let Some((rpm, feed, turns)) = self.round else { return Ok(()) };
         // a step may not go round the pot, and somebody waits for the last one
         Figure::Speed.within(rpm, Range::UpTo(RPM_MAX), "")?;
-        let (least, most) = (rpm / 60.0 * STEP.0, rpm * MINUTES_MAX);
+        let (least, most) = (rpm / 60.0 * STEP.0 * (1.0 - HAIR), rpm * MINUTES_MAX);
         Figure::Turns.within(turns, Range::Closed(least, most), "from a millisecond to an hour at this speed")?;
         let most_m = 0.5 * self.pot.height.0 / turns * (1.0 + HAIR);
         Figure::Feed.within(feed.0, Range::Closed(-most_m, most_m), "so that the tool stays at the pot")
@@ -187,22 +189,30 @@ impl Dent {
         let mut force_n = 0.0;
         let mut timed = |angle_rad, depth_m, z_m, turning| {
             let begin = Instant::now();
-            force_n = one(&mut pressing, angle_rad, depth_m, z_m, turning);
+            let force_n = one(&mut pressing, angle_rad, depth_m, z_m, turning);
             let took_ns = begin.elapsed().as_nanos() as f64;
             if pressing.contact.elements > 0 {
                 times_ns.push(took_ns);
             }
+            force_n
         };
         for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
             let share = (number as f32 / steps_in as f32).min(1.0);
-            timed(0.0, self.depth.0 * share, middle_z, 0);
+            force_n = timed(0.0, self.depth.0 * share, middle_z, 0);
         }
         if let Some((rpm, feed, turns)) = self.round {
             let per_step = rpm / 60.0 * step.0;
-            for number in 1..=(turns / per_step).round() as u32 {
+            let steps = (turns / per_step).round() as u32;
+            let felt = (COLUMNS_FELT / self.pot.shape.columns() as f32 / per_step).ceil().min(steps as f32);
+            let mut sum_n = 0.0;
+            for number in 1..=steps {
                 let turned = number as f32 * per_step;
-                timed(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
+                let now_n = timed(turned * std::f32::consts::TAU, self.depth.0, middle_z + feed.0 * turned, 1);
+                if (steps - number) < felt as u32 {
+                    sum_n += f64::from(now_n);
+                }
             }
+            force_n = (sum_n / f64::from(felt)) as f32;
         }
         pressing.leave_profile();
         times_ns.sort_by(f64::total_cmp);

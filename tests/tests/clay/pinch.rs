@@ -13,9 +13,9 @@ use pottery_shared::clay::{
 };
 use pottery_shared::prediction::{Field, Hand, Patch};
 use pottery_shared::tool::{Orientation, Position, Shape, Side, Sphere, Tool, ToolSample, rack};
-use pottery_shared::units::{Metres, Tick};
+use pottery_shared::units::{Metres, Seconds, Tick};
 use pottery_tests::chart::cases::{FINGER, Support as Standing, reference_dent, reference_profile};
-use pottery_tests::dent::{Dent, Dented};
+use pottery_tests::dent::{Dent, Dented, Pressing};
 use pottery_tests::reference::ForceCurve;
 use proptest::prelude::*;
 
@@ -103,6 +103,29 @@ fn finger_inside_holds_the_wall_as_in_the_reference() {
     assert!(f64::from(free.force_n) < 0.4 * reference_n, "{} N", free.force_n);
     assert!(finger_n > 0.6 * held.force_n && finger_n < held.force_n);
     assert!(error(&held) < 0.08, "{}", error(&held));
+}
+
+#[test]
+fn a_wall_that_is_pressed_on_against_a_finger_goes_on_bearing() {
+    // pot's radius, wall, ball and finger, mm
+    for scene in [[60.0, 8.0, 12.0, 12.0], [60.0, 8.0, 20.0, 12.0], [60.0, 5.0, 12.0, 20.0], [40.0, 8.0, 8.0, 8.0]] {
+        let [radius, wall, tool, finger] = scene.map(Metres::from_mm);
+        let deepest_m = (wall.0 - 1.05e-3).min(6.5e-3);
+        let pot = PotSpec { radius, wall, support: Support::Hollow, ..PotSpec::default() };
+        let reference = reference_dent(GridShape::PAPER, 1.0, false);
+        let dent = Dent { pot, tool, finger: Some(finger), depth: Metres(deepest_m), ..reference };
+        let mut pressing = Pressing::new(dent, Seconds(1e-3)).unwrap();
+        let (mut before_n, mut most_n, mut largest) = (0.0, 0.0_f32, 0.0_f32);
+        for step in 1..=(deepest_m / 1e-5) as u32 {
+            let force_n = pressing.step(0.0, step as f32 * 1e-5, 0.1, 0);
+            most_n = most_n.max(force_n);
+            largest = largest.max((before_n - force_n) / most_n);
+            before_n = force_n;
+        }
+        println!("{scene:?}: up to {most_n:.1} N, and within 10 µm less by up to {largest:.3} of that");
+        assert!(largest < 0.1, "{scene:?}: {largest}");
+        assert!(before_n > 0.8 * most_n, "{scene:?}: {before_n} of {most_n} N");
+    }
 }
 
 /// Thickness of the wall at every element, mm.

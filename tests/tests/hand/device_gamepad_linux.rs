@@ -98,6 +98,7 @@ fn a_stick_that_rests_off_its_middle_shows_nothing_within_what_the_kernel_allows
     session.until("the tool is in hand", is_held);
     let rests = session.tool_m();
     session.pass(Duration::from_millis(200));
+    session.until("the tool is in hand", is_held);
     assert_eq!(session.tool_m(), rests, "it drifts");
 }
 
@@ -219,6 +220,7 @@ fn of_two_pads_the_one_that_is_chosen_is_held_and_the_studio_says_how_to_choose_
     let rests = session.tool_m();
     twin.moves(0, EV_ABS, ABS_X, 32767);
     session.pass(Duration::from_millis(100));
+    session.until("the tool is in hand", is_held);
     assert_eq!(session.tool_m(), rests, "the other pad moves it");
     twin.moves(1, EV_ABS, ABS_X, 32767);
     session.until("its own moves it", |session| session.tool_m() != rests);

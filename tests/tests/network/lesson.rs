@@ -73,6 +73,15 @@ async fn a_teacher_seats_a_student_who_goes_on_at_another_wheel() {
     assert_eq!((after.client, after.name), (client, name));
     // it presses there, and what it sees is what is there
     tokio::time::sleep(Duration::from_millis(1500)).await;
+    let began = Instant::now();
+    loop {
+        let pots = server.standing().await.unwrap().pots;
+        if pots[2].digest() != pots[1].digest() {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "nothing is pressed at the other wheel");
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
     assert!(student.settle(PATIENCE).await);
     let standing = server.standing().await.unwrap();
     assert!(standing.pots[2].digest() != standing.pots[1].digest(), "the stroke goes on at the other wheel");

@@ -15,8 +15,11 @@ use pottery_client::stroke::Stroke;
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::tool::{Shape, Sphere, Tool};
 use pottery_shared::units::{Metres, Tick};
-use pottery_tests::display::Display;
+use pottery_tests::display::{Display, SIZE};
 use pottery_tests::programs::{folder, program};
+
+/// How long anything takes at most; reached only when something is wrong.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn headless(out: &Path, arguments: &[&str]) -> Output {
     Command::new(program("pottery-studio"))
@@ -159,10 +162,18 @@ fn without_a_display_it_works_headless_and_says_so() {
     fs::remove_dir_all(out).unwrap();
 }
 
+/// Whether a program takes a signal of that number itself, as far as the system says so.
+#[cfg(unix)]
+fn catches(program: &Child, number: u32) -> bool {
+    let status = fs::read_to_string(format!("/proc/{}/status", program.id())).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    caught.is_none_or(|caught| u64::from_str_radix(caught.trim(), 16).unwrap() & (1 << (number - 1)) != 0)
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_session_writes_what_was_made() {
-    for signal in ["-INT", "-TERM"] {
+    for (signal, number) in [("-INT", 2), ("-TERM", 15)] {
         let out = folder("interrupted");
         let mut studio = Command::new(program("pottery-studio"))
             .args(["--headless", "--potters", "1", "--seconds", "3600", "--out"])
@@ -172,6 +183,11 @@ fn an_interrupted_session_writes_what_was_made() {
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_secs(2));
+        let deadline = Instant::now() + PATIENCE;
+        while !catches(&studio, number) {
+            assert!(Instant::now() < deadline, "{signal} is not waited for");
+            std::thread::sleep(Duration::from_millis(10));
+        }
         assert!(Command::new("kill").args([signal, &studio.id().to_string()]).status().unwrap().success());
         assert!(wait(&mut studio, Duration::from_secs(30)).success(), "{signal}");
         assert!(out.join("session.json").exists() && out.join("pot.stl").exists(), "{signal}");
@@ -326,6 +342,24 @@ fn wait(child: &mut Child, patience: Duration) -> std::process::ExitStatus {
     }
 }
 
+/// Waits until a pot is seen between each two columns of the display: what a window is told before its first picture, it takes in at once.
+fn until_drawn(display: &Display, windows: &[(usize, usize)]) {
+    let deadline = Instant::now() + PATIENCE;
+    let clay = |pixels: &[u8], (from, to): (usize, usize)| {
+        let columns = pixels.chunks_exact(SIZE.0 * 3).flat_map(|row| row[from * 3..to * 3].chunks_exact(3));
+        columns.filter(|pixel| i32::from(pixel[0]) > i32::from(pixel[2]) + 24).count()
+    };
+    loop {
+        let pixels = display.pixels();
+        let seen: Vec<_> = windows.iter().map(|&columns| clay(&pixels, columns)).collect();
+        if seen.iter().all(|clay| *clay > 5000) {
+            return;
+        }
+        assert!(Instant::now() < deadline, "no pot is drawn: {seen:?} pixels of clay");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
 fn text_of(mut stream: impl Read) -> String {
     let mut text = String::new();
     stream.read_to_string(&mut text).unwrap();
@@ -349,6 +383,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
         display.run("xdotool", &["windowmove", "--sync", window, x, "0"]);
     }
     display.run("xdotool", &["windowfocus", &host_window, "mousemove", "250", "20"]);
+    until_drawn(&display, &[(0, 500), (500, 1000)]);
     // how many pixels of the two pots at the tool's height are other than in that look
     let changed = |before: &[u8], now: &[u8]| {
         [(150, 350), (650, 850)].map(|(from, to)| {
@@ -404,10 +439,10 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
     };
     println!("{pressed:?} pixels change when it is pressed, {left:?} are left after undoing");
     display.run("xdotool", &["windowfocus", &guest_window, "key", "Escape"]);
-    let status = wait(&mut guest, Duration::from_secs(10));
+    let status = wait(&mut guest, PATIENCE);
     assert!(status.success(), "{}", text_of(guest.stderr.take().unwrap()));
     display.run("xdotool", &["windowfocus", &host_window, "key", "Escape"]);
-    let status = wait(&mut host, Duration::from_secs(10));
+    let status = wait(&mut host, PATIENCE);
     assert!(status.success(), "{}", text_of(host.stderr.take().unwrap()));
     let recorded = Stroke::read(&recording).unwrap();
     assert!(recorded.duration() > 2.0, "{} s recorded", recorded.duration());
@@ -423,6 +458,7 @@ fn keys_in_the_window_save_and_export_the_pot() {
     let mut studio = display.studio(&["--listen", "127.0.0.1:0", "--open", pot.to_str().unwrap()]);
     let window = display.window(&[]);
     display.run("xdotool", &["windowfocus", &window]);
+    until_drawn(&display, &[(0, SIZE.0)]);
     // the pot comes with the first keyframe
     std::thread::sleep(Duration::from_secs(1));
     let opened = PotFile::read(&pot).unwrap();
@@ -430,14 +466,14 @@ fn keys_in_the_window_save_and_export_the_pot() {
     let solid = pot.with_extension("stl");
     for (key, written) in [("ctrl+s", &pot), ("ctrl+e", &solid)] {
         display.run("xdotool", &["key", key]);
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + PATIENCE;
         while !written.exists() {
             assert!(Instant::now() < deadline, "{key} wrote no {}", written.display());
             std::thread::sleep(Duration::from_millis(50));
         }
     }
     display.run("xdotool", &["key", "Escape"]);
-    let status = wait(&mut studio, Duration::from_secs(10));
+    let status = wait(&mut studio, PATIENCE);
     assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
     assert_eq!(PotFile::read(&pot).unwrap().pot(), opened.pot(), "what nobody touched is saved as it was");
     assert!(fs::metadata(&solid).unwrap().len() > 84);
@@ -455,6 +491,7 @@ fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
     display
         .run("xdotool", &["windowsize", "--sync", &window, "1000", "700", "windowmove", "--sync", &window, "0", "0"]);
     display.run("xdotool", &["windowfocus", &window, "mousemove", "500", "20"]);
+    until_drawn(&display, &[(0, SIZE.0)]);
     std::thread::sleep(Duration::from_secs(1));
     // from the rib past the blade to the knuckle, four steps round its upright
     display.run("xdotool", &["key", "--delay", "60", "t", "t", "q", "q", "q", "q"]);
@@ -467,7 +504,7 @@ fn tool_key_takes_the_next_tool_and_other_keys_turn_it() {
     display.run("xdotool", &["mouseup", "1", "mousemove", "640", "20"]);
     std::thread::sleep(Duration::from_millis(500));
     display.run("xdotool", &["key", "Escape"]);
-    let status = wait(&mut studio, Duration::from_secs(10));
+    let status = wait(&mut studio, PATIENCE);
     assert!(status.success(), "{}", text_of(studio.stderr.take().unwrap()));
     let recorded = Stroke::read(&recording).unwrap();
     assert_eq!(recorded.tools().last(), Some(Tool::Convex(Shape::KNUCKLE)));
@@ -576,11 +613,11 @@ fn joining_what_is_not_there_is_one_sentence() {
     let display = Display::new();
     let closed = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let mut studio = display.studio(&["join", &closed, "--code", "K7QM-3XPD"]);
-    let status = wait(&mut studio, Duration::from_secs(20));
+    let status = wait(&mut studio, PATIENCE);
     let text = text_of(studio.stderr.take().unwrap());
     assert!(!status.success() && text.contains("no studio answers") && text.contains(&closed), "{text}");
     let mut studio = display.studio(&["join", "no.such.host.invalid", "--code", "K7QM-3XPD"]);
-    let status = wait(&mut studio, Duration::from_secs(20));
+    let status = wait(&mut studio, PATIENCE);
     let text = text_of(studio.stderr.take().unwrap());
     assert!(!status.success() && text.contains("no.such.host.invalid"), "{text}");
 }
