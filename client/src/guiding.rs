@@ -95,7 +95,7 @@ pub struct GuidanceShown {
 /// The worker's part.
 #[derive(Debug, Default)]
 pub(crate) struct Guiding {
-    recording: Option<(Tick, Demonstration)>,
+    recording: Option<(Duration, Demonstration)>,
     kept: Option<Arc<Demonstration>>,
     playing: Option<Playing>,
     /// The tool pointed and presses again once it is out of the clay.
@@ -129,7 +129,7 @@ impl Guiding {
             GuideCommand::Target(target) => session.request(&Request::Target(target.as_deref().map(target_wire))),
             GuideCommand::Record => {
                 self.playing = None;
-                self.recording = Some((Tick(0), Demonstration::default()));
+                self.recording = Some((now, Demonstration::default()));
             }
             GuideCommand::Keep => self.keep(),
             GuideCommand::Play(speed) => {
@@ -219,9 +219,9 @@ impl Guiding {
         }
         if let (Some((began, recording)), Some(hand)) = (&mut self.recording, &own) {
             if recording.is_empty() {
-                *began = tick;
+                *began = now;
             }
-            recording.push(tick.since(*began) as f64 * 1e-3, hand);
+            recording.push((now - *began).as_secs_f64(), hand);
         }
         self.playing.take_if(|playing| playing.at_s(now) > playing.what.length_s());
         let played = self.playing.as_ref().map(|playing| (playing, playing.at_s(now)));

@@ -14,7 +14,7 @@ use pottery_shared::protocol::{DATAGRAM_MAX, Order, Request};
 use pottery_shared::session::{Client, ClientError, ClientEvent, Implausible, MendCounts, StepCounts};
 use pottery_shared::snapshot::PotRecord;
 use pottery_shared::tool::{ConvexTool, ToolSample};
-use pottery_shared::units::Rpm;
+use pottery_shared::units::{Rpm, Tick};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 use web_transport_quinn::Session;
@@ -136,7 +136,8 @@ pub struct Worker {
     /// Since when the person has been leaving.
     leaving: Option<Instant>,
     records: bool,
-    first_recorded: Option<ToolSample>,
+    /// A tick, and when it was in the recording, s.
+    recorded_from: Option<(Tick, f64)>,
     last_recorded: Option<ToolSample>,
 }
 
@@ -196,7 +197,7 @@ impl Worker {
             is_coming,
             leaving: None,
             records,
-            first_recorded: None,
+            recorded_from: None,
             last_recorded: None,
         }
     }
@@ -279,7 +280,7 @@ impl Worker {
                 },
             }
             self.rebase();
-            if let Err(link) = self.hand_on().await {
+            if let Err(link) = self.hand_on() {
                 break link;
             }
             if self.leaving.is_some_and(|since| self.session.is_settled() || since.elapsed() > SETTLE_WITHIN) {
@@ -320,13 +321,18 @@ impl Worker {
             // the file holds one speed: that which it begins with
             StrokeRecorder::new(sample.tool, self.session.conditions().wheel.speed(sample.tick))
         });
-        let first = *self.first_recorded.get_or_insert(sample);
         recording.hold(sample.tool);
+        // a server that was started anew counts from the beginning
+        if self.last_recorded.is_some_and(|last| sample.tick.since(last.tick) < -GAP_TICKS) {
+            recording.lift();
+            self.recorded_from = Some((sample.tick, recording.stroke().end() + GAP_TICKS as f64 * 1e-3));
+        }
+        let (from, from_s) = *self.recorded_from.get_or_insert((sample.tick, 0.0));
         // a tool that was away is lifted in the file as well
         if self.last_recorded.is_some_and(|last| was_away(&last, &sample)) {
             recording.lift();
         }
-        let seconds = sample.tick.since(first.tick) as f64 * 1e-3;
+        let seconds = from_s + sample.tick.since(from) as f64 * 1e-3;
         let centre_m = sample.centre.point_m();
         let recorded = recording.push(seconds, centre_m, sample.orientation).or_else(|_| {
             // a tool taken away and brought back elsewhere
@@ -355,9 +361,12 @@ impl Worker {
 
     /// Hands on what the session has for server, hand and view; how the connection ends when the control stream is closed or the session can no
     /// longer be gone on with.
-    async fn hand_on(&mut self) -> Result<(), Link> {
-        while let Some(frame) = self.session.poll_control() {
-            if self.outgoing.send(frame).await.is_err() {
+    fn hand_on(&mut self) -> Result<(), Link> {
+        // what there is no room for waits in the session: a large pot on a narrow line holds nothing else up
+        while self.outgoing.capacity() > 0
+            && let Some(frame) = self.session.poll_control()
+        {
+            if self.outgoing.try_send(frame).is_err() {
                 return Err(Link::Closed);
             }
         }
@@ -435,10 +444,16 @@ impl Worker {
 
     async fn say_goodbye(&mut self) -> Link {
         self.session.request(&Request::Leave);
-        if self.hand_on().await.is_err() {
+        if self.hand_on().is_err() {
             tracing::debug!("the control stream is closed");
         }
-        if tokio::time::timeout(Duration::from_secs(1), self.connection.closed()).await.is_err() {
+        let goodbye = async {
+            while let Some(frame) = self.session.poll_control()
+                && self.outgoing.send(frame).await.is_ok()
+            {}
+            self.connection.closed().await
+        };
+        if tokio::time::timeout(Duration::from_secs(1), goodbye).await.is_err() {
             tracing::debug!("the server did not confirm the goodbye");
         }
         Link::Closed

@@ -125,8 +125,9 @@ impl Dent {
         let Some((rpm, feed, turns)) = self.round else { return Ok(()) };
         // a step may not go round the pot, and somebody waits for the last one
         Figure::Speed.within(rpm, Range::UpTo(RPM_MAX), "")?;
-        let (least, most) = (rpm / 60.0 * STEP.0 * (1.0 - HAIR), rpm * MINUTES_MAX);
-        Figure::Turns.within(turns, Range::Closed(least, most), "from a millisecond to an hour at this speed")?;
+        let (least, most) = (rpm / 60.0 * STEP.0, rpm * MINUTES_MAX);
+        let asked = if (turns - least).abs() <= HAIR * least { least } else { turns };
+        Figure::Turns.within(asked, Range::Closed(least, most), "from a millisecond to an hour at this speed")?;
         let most_m = 0.5 * self.pot.height.0 / turns * (1.0 + HAIR);
         Figure::Feed.within(feed.0, Range::Closed(-most_m, most_m), "so that the tool stays at the pot")
     }

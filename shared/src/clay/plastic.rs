@@ -59,8 +59,8 @@ const AREA_EVEN: f32 = 1.5;
 ///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is c times a half-space's, `c·(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
 ///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. Of
 ///   what w is more than an elastic wall's, `C·F/E·α·(F/F₀)⁵`, 0.59 stays: a fold, which goes into the radii of both skins as a cone of 1.2·√(R·t) (`clay::folds`). As far as
-///   a wall has folded at a place, w is less there, but never less than an elastic wall's. The rest springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and the force at which it
-///   folds there the sum of theirs within the cone to which it folds (`clay::joint`). Clay between a tool and one on the other side that takes up a
+///   a wall has folded at a place, w is less there, but never less than an elastic wall's. The rest springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and it
+///   folds there by the sum of their forces within the cone to which it folds, at the mean of what F₀ is under each alone (`clay::joint`). Clay between a tool and one on the other side that takes up a
 ///   share b of its load is as on a core in the middle of the wall: a/t stands for `2·b·a/t`. With what yields the wall's other skin goes along by
 ///   `1.63·(F/F₀ − 0.409)`, from nothing to all of it.
 ///

@@ -33,8 +33,8 @@ pub enum ConvexError {
         /// Most allowed.
         max: usize,
     },
-    /// More triangles than a tool may have; simplify the mesh.
-    #[error("{triangles} triangles are too many: a tool has from {min} to {max}; simplify the mesh")]
+    /// More triangles than a tool may have, of which whoever reads a file counts no more than one; simplify the mesh.
+    #[error("more than {max} triangles are too many: a tool has from {min} to {max}; simplify the mesh")]
     TooMany {
         /// How many there are.
         triangles: usize,

@@ -242,6 +242,7 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--grid", "31623x31623"], &["grid", "at most", "elements"]),
         (&["--grid", "many"], &["grid", "360x400"]),
         (&["--depth-mm", "NaN"], &["--depth-mm", "above 0 and at most 8 mm"]),
+        (&["--depth-mm", "deep"], &["--depth-mm", "write it as a number, like 2.5"]),
         (&["--depth-mm", "0"], &["--depth-mm", "above 0 and at most 8 mm"]),
         (&["--depth-mm", "inf"], &["--depth-mm", "above 0 and at most 8 mm"]),
         // the core stands there, and a hollow pot would come out on the other side

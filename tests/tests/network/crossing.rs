@@ -47,8 +47,8 @@ impl Device for Presser {
 }
 
 /// Somebody at a wheel whose hand goes round every virtual millisecond.
-struct Sitting {
-    view: SharedView,
+pub(super) struct Sitting {
+    pub(super) view: SharedView,
     commands: mpsc::Sender<Command>,
     worker: JoinHandle<pottery_client::NetworkReport>,
     hand: JoinHandle<()>,
@@ -57,7 +57,11 @@ struct Sitting {
 
 impl Sitting {
     async fn at(endpoint: &quinn::Endpoint, target: &Target) -> Self {
-        let options = PotterOptions { waits: true, ..PotterOptions::default() };
+        Self::with(endpoint, target, PotterOptions::default()).await
+    }
+
+    pub(super) async fn with(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Self {
+        let options = PotterOptions { waits: true, ..options };
         let Seat { view, status, commands, epoch, worker, hand } = Seat::take(endpoint, target, options).await.unwrap();
         let mut hand = HapticLoop::new(Box::new(Presser), hand);
         let began = epoch.elapsed().as_millis() as u32;
@@ -70,11 +74,11 @@ impl Sitting {
         Self { view, commands, worker: tokio::spawn(worker.run()), hand, status }
     }
 
-    fn pressed_mm3(&self) -> f64 {
+    pub(super) fn pressed_mm3(&self) -> f64 {
         self.view.lock().pot.pressed_m3() * 1e9
     }
 
-    async fn leave(self) -> pottery_client::NetworkReport {
+    pub(super) async fn leave(self) -> pottery_client::NetworkReport {
         self.status.lift(true);
         sleep(ms(20)).await;
         self.commands.send(Command::Leave).await.unwrap();

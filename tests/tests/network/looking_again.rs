@@ -20,6 +20,8 @@ use pottery_tests::programs::folder;
 use pottery_tests::simulation::{in_virtual_time, ms};
 use tokio::time::{Instant, sleep};
 
+use crate::crossing::Sitting;
+
 const SERVER: &str = "10.0.0.1:4747";
 const LOOKER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 1, 1)), 40_000);
 const POTTER: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 1, 2)), 40_000);
@@ -151,5 +153,36 @@ fn another_server_at_the_same_address_is_not_looked_at_and_the_same_one_begun_an
             server.stop().await;
             fs::remove_dir_all(kept).unwrap();
         }
+    });
+}
+
+#[test]
+fn a_recording_goes_on_when_the_server_was_begun_anew() {
+    in_virtual_time(async {
+        let network = Network::new(5);
+        let kept = folder("recording-again");
+        let server = open(&network, Certificate::kept_in(&kept).unwrap(), ServerConfig::default());
+        network.connect(POTTER, Quality::LAN, Quality::LAN);
+        let own = network.endpoint(POTTER, None).unwrap();
+        let target = Target::new(SERVER.into(), server.code().clone(), 1);
+        let seat = Sitting::with(&own, &target, PotterOptions { record: true, ..PotterOptions::default() }).await;
+        let first = until("it presses", ms(9_000), || seat.pressed_mm3() > 50.0).await;
+        network.cut(POTTER, true);
+        server.stop().await;
+        let server = open(&network, Certificate::kept_in(&kept).unwrap(), ServerConfig::default());
+        let away = until("the line is lost", ms(30_000), || matches!(seat.view.lock().link, Link::ComingBack(_))).await;
+        network.cut(POTTER, false);
+        until("it is back", ms(10_000), || seat.view.lock().link == Link::Open).await;
+        until("its clay is there", ms(5_000), || seat.view.lock().is_whole).await;
+        let again = ms(2_000);
+        sleep(again).await;
+        let recording = seat.leave().await.recording.unwrap();
+        let recorded_s = recording.stroke().end();
+        println!("{first:?} before, away for {away:?}, {again:?} afterwards: {recorded_s:.2} s are recorded");
+        // the hand goes on while nobody answers
+        let least_s = (first + away + again).as_secs_f64() - 0.5;
+        assert!(recorded_s > least_s && recorded_s < least_s + 4.0, "{recorded_s} s of {least_s}");
+        server.stop().await;
+        fs::remove_dir_all(kept).unwrap();
     });
 }

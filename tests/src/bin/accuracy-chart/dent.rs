@@ -38,47 +38,47 @@ pub(crate) struct DentFlags {
     #[arg(long, value_enum)]
     method: MethodName,
     /// Outer radius of the pot, 10 to 150
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, value_parser = number)]
     pot_radius_mm: f32,
     /// Thickness of the wall, 1 to half of the pot's radius [default: 8]
-    #[arg(long)]
+    #[arg(long, value_parser = number)]
     wall_mm: Option<f32>,
     /// Height of the pot, 20 to 600
-    #[arg(long, default_value_t = 200.0)]
+    #[arg(long, default_value_t = 200.0, value_parser = number)]
     height_mm: f32,
     /// Radius of the tool, 0.5 to 40 and at most the pot's; the grid should have four elements to it
-    #[arg(long, default_value_t = 12.0)]
+    #[arg(long, default_value_t = 12.0, value_parser = number)]
     tool_radius_mm: f32,
     /// Travel of the tool from first touch, at most a third of the pot's radius, and of a backed pot at most the wall
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 2.0, value_parser = number)]
     depth_mm: f32,
     /// What stands behind the wall
     #[arg(long, value_enum, default_value_t = SupportName::Backed)]
     support: SupportName,
     /// Hold a ball of this radius inside of the wall, opposite the tool: in a hollow pot, by our method
-    #[arg(long)]
+    #[arg(long, value_parser = number)]
     finger_mm: Option<f32>,
     /// Columns x rows
     #[arg(long, default_value = "360x400", value_parser = grid)]
     grid: GridShape,
     /// Young's modulus of the clay, 0.01 to 100 [default: 2]
-    #[arg(long)]
+    #[arg(long, value_parser = number)]
     youngs_mpa: Option<f32>,
     /// Its yield stress, 0.3 to 1000 [default: 40]
-    #[arg(long)]
+    #[arg(long, value_parser = number)]
     yield_kpa: Option<f32>,
     /// Take the tool away before the surface is read
     #[arg(long)]
     release: bool,
     /// Go round the pot after the press, at this speed, up to 3000. Clay of our method knows no rate then, as the reference's knows none; to a
     /// tool that goes along it at less than 40 mm/s it is one that hardly slides
-    #[arg(long, requires = "turns")]
+    #[arg(long, requires = "turns", value_parser = number)]
     rpm: Option<f32>,
     /// Go along the axis by so much a turn, and by no more than half of the height in all [default: 0]
-    #[arg(long, requires = "rpm", allow_hyphen_values = true)]
+    #[arg(long, requires = "rpm", allow_hyphen_values = true, value_parser = number)]
     feed_mm_per_rev: Option<f32>,
     /// How often to go round: a millisecond at least, and an hour at most
-    #[arg(long, requires = "rpm")]
+    #[arg(long, requires = "rpm", value_parser = number)]
     turns: Option<f32>,
     /// While it goes round, advance our wheel as a profile wherever the error's RMS over the groove is estimated to stay below so many
     /// percent of the depth, 0.01 to 20; a hollow pot never is. The clay then takes the time that it takes on the wheel, 120 ms, and not
@@ -94,6 +94,10 @@ fn grid(text: &str) -> Result<GridShape, String> {
     let sides = text.split_once('x').and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
     let (columns, rows) = sides.ok_or("write it like 360x400")?;
     GridShape::new(columns, rows).map_err(|error| error.to_string())
+}
+
+fn number(text: &str) -> Result<f32, String> {
+    text.parse().map_err(|_| "write it as a number, like 2.5".to_owned())
 }
 
 fn bound(text: &str) -> Result<ErrorBound, String> {
@@ -243,15 +247,21 @@ fn write_surface(flags: &DentFlags, dented: &Dented) -> Result<(), Box<dyn std::
     Ok(())
 }
 
+/// A figure as it is printed: nothing has no sign.
+fn thousandths(figure: f64) -> f64 {
+    (figure * 1e3).round() / 1e3 + 0.0
+}
+
 fn print(flags: &DentFlags, dent: &Dent, dented: &Dented) -> Result<(), Box<dyn std::error::Error>> {
-    writeln!(Printed, "radial force    {:.3} N", dented.force_n)?;
+    writeln!(Printed, "radial force    {:.3} N", thousandths(dented.force_n.into()))?;
     if let Some(finger_n) = dented.finger_n {
-        writeln!(Printed, "on the finger   {finger_n:.3} N")?;
+        writeln!(Printed, "on the finger   {:.3} N", thousandths(finger_n.into()))?;
     }
     writeln!(Printed, "volume in       {:.2} mm³", dented.volume_in_mm3)?;
     writeln!(Printed, "volume out      {:.2} mm³", dented.volume_out_mm3)?;
     let knows_inside = dent.method == MethodKind::Plastic && dent.pot.support == Support::Hollow;
     if let Some(behind_mm) = dented.behind_mm.filter(|_| knows_inside) {
+        let behind_mm = thousandths(behind_mm);
         writeln!(Printed, "inner wall      {behind_mm:.3} mm behind the tool, when it has left")?;
     }
     if dented.step_ns.is_nan() {
