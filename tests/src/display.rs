@@ -151,15 +151,12 @@ impl Display {
     pub fn studio_with_controls_in(&self, arguments: &[&str], variables: &[(&str, &str)]) -> (Child, Controls<'_>) {
         let filter = "warn,winit=error,pulseaudio=off,pottery_studio::window::overlay=trace";
         let mut studio = self.studio_that_logs(arguments, filter, variables);
-        let said = Arc::new(Mutex::new(Vec::new()));
+        let said = Arc::new(Mutex::new(Said::default()));
         let (log, heard) = (studio.stderr.take().expect("its errors were asked for"), Arc::clone(&said));
         thread::spawn(move || {
             for line in BufReader::new(log).lines().map_while(Result::ok) {
-                match line.split_once("controls: ") {
-                    Some((_, controls)) => {
-                        *heard.lock().unwrap_or_else(PoisonError::into_inner) =
-                            controls.split(" ¦ ").filter_map(Control::read).collect();
-                    }
+                match line.split_once("overlay: panel ") {
+                    Some((_, said)) => *heard.lock().unwrap_or_else(PoisonError::into_inner) = Said::read(said),
                     None => eprintln!("{line}"),
                 }
             }
@@ -299,11 +296,30 @@ impl Control {
     }
 }
 
+/// What a window's panel says of itself when it is laid out and is not as it was.
+#[derive(Debug, Default)]
+struct Said {
+    /// Whether it stays so by itself.
+    rests: bool,
+    /// Where it is pointed at, pixels.
+    pointer: Option<(i32, i32)>,
+    controls: Vec<Control>,
+}
+
+impl Said {
+    fn read(text: &str) -> Self {
+        let mut parts = text.split(" ¦ ");
+        let (ends, at) = parts.next().and_then(|begin| begin.split_once(' ')).unwrap_or_default();
+        let pointer = at.split_once(',').and_then(|(x, y)| Some((x.parse().ok()?, y.parse().ok()?)));
+        Self { rests: ends == "rests", pointer, controls: parts.filter_map(Control::read).collect() }
+    }
+}
+
 /// The controls of the one window on a display.
 #[derive(Debug)]
 pub struct Controls<'a> {
     display: &'a Display,
-    said: Arc<Mutex<Vec<Control>>>,
+    said: Arc<Mutex<Said>>,
 }
 
 impl Controls<'_> {
@@ -311,13 +327,11 @@ impl Controls<'_> {
     const SEEN: std::ops::Range<i32> = 40..640;
     /// Above this row, a menu has room below, also when a line or two come above it meanwhile.
     const MENU: i32 = 370;
-    /// How long after a turn of the mouse wheel nothing has moved where there is no way left, on a busy machine too.
-    const TURNED: Duration = Duration::from_secs(2);
 
     /// All of them, as they were drawn last.
     #[must_use]
     pub fn all(&self) -> Vec<Control> {
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).controls.clone()
     }
 
     /// The lowest of them whose words begin so and that is no mere label.
@@ -333,7 +347,7 @@ impl Controls<'_> {
         self.all().into_iter().find(|control| control.name.starts_with(begin)).map(|control| control.name)
     }
 
-    /// Clicks on the control whose words begin so, once it lies still; turns the mouse wheel until it is seen.
+    /// Clicks on the control whose words begin so, once the panel lies still; turns the mouse wheel until it is seen.
     ///
     /// # Panics
     /// When there is none for a minute.
@@ -359,39 +373,46 @@ impl Controls<'_> {
 
     fn press_within(&self, name: &str, rows: std::ops::Range<i32>) {
         let deadline = Instant::now() + Duration::from_secs(60);
-        let (mut before, mut turned) = (None, None::<(Control, Instant)>);
+        let mut turned = None;
         loop {
             assert!(Instant::now() < deadline, "there is no '{name}': {:#?}", self.all());
-            let found = self.find(name);
-            let is_still = found.is_some() && found == before;
-            before.clone_from(&found);
-            if let Some(control) = found.filter(|_| is_still) {
-                let (x, y) = control.middle();
-                let unmoved =
-                    turned.as_ref().filter(|(before, _)| *before == control).map(|(_, begun)| begun.elapsed());
-                if unmoved.is_some_and(|since| since < Self::TURNED) {
-                    thread::sleep(Duration::from_millis(100));
-                    continue;
+            let Some(control) = self.find(name) else {
+                thread::sleep(Duration::from_millis(50));
+                continue;
+            };
+            let (x, y) = control.middle();
+            // what the mouse wheel does not move any more is as high as it gets
+            let is_last = turned.as_ref() == Some(&control) && Self::SEEN.contains(&y);
+            if rows.contains(&y) || is_last {
+                self.display.run("xdotool", &["mousemove", &x.to_string(), &y.to_string()]);
+                if self.rests_under((x, y), deadline) && self.find(name).as_ref() == Some(&control) {
+                    // the panel takes what was clicked on to be what the mouse is over when it is laid out next
+                    let (aside, y_text) = ((x + 4, y), y.to_string());
+                    self.display.run("xdotool", &["click", "1", "mousemove", &aside.0.to_string(), &y_text]);
+                    // the window may be gone by it
+                    self.rests_under(aside, Instant::now() + Duration::from_secs(5));
+                    return;
                 }
-                // what the mouse wheel does not move any more is as high as it gets
-                let is_last = unmoved.is_some() && Self::SEEN.contains(&y);
-                if rows.contains(&y) || is_last {
-                    self.display.run("xdotool", &["mousemove", &x.to_string(), &y.to_string()]);
-                    // that it is pointed at is seen in the next picture
-                    thread::sleep(Duration::from_millis(400));
-                    if self.find(name).as_ref() == Some(&control) {
-                        self.display.run("xdotool", &["click", "1"]);
-                        return;
-                    }
-                } else {
-                    let (x, turn) = (x.to_string(), if y < rows.start { "4" } else { "5" });
-                    self.display.run("xdotool", &["mousemove", &x, "340", "click", turn]);
-                    (before, turned) = (None, Some((control, Instant::now())));
-                    thread::sleep(Duration::from_millis(300));
-                }
+            } else {
+                let (text, turn) = (x.to_string(), if y < rows.start { "4" } else { "5" });
+                // what is moved after the turn is seen no sooner than the turn
+                let [to, on] = [["mousemove", &text, "340"], ["mousemove", &text, "341"]];
+                self.display.run("xdotool", &[&to[..], &["click", turn], &on].concat());
+                turned = self.rests_under((x, 341), deadline).then_some(control);
             }
-            thread::sleep(Duration::from_millis(300));
         }
+    }
+
+    /// Waits until the panel lies still with the mouse there: all that was done before is seen in it then; false at the deadline.
+    fn rests_under(&self, (x, y): (i32, i32), deadline: Instant) -> bool {
+        while Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(20));
+            let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+            if said.rests && said.pointer.is_some_and(|now| now.0.abs_diff(x) <= 1 && now.1.abs_diff(y) <= 1) {
+                return true;
+            }
+        }
+        false
     }
 }
 

@@ -91,9 +91,13 @@ impl Overlay {
     pub(super) fn lay_out(&mut self, window: &Window, panel: impl FnMut(&mut egui::Ui)) -> PanelShapes {
         let output = self.context.run_ui(self.input.take_egui_input(window), panel);
         if let (Some(logged), Some(update)) = (&mut self.logged, &output.platform_output.accesskit_update) {
+            let pointer = self.context.pointer_latest_pos().unwrap_or_default() * output.pixels_per_point;
+            let is_last = output.viewport_output.values().all(|viewport| !viewport.repaint_delay.is_zero());
             let controls = controls(update, f64::from(output.pixels_per_point));
+            let ends = if is_last { "rests" } else { "moves" };
+            let controls = format!("{ends} {:.0},{:.0} ¦ {controls}", pointer.x, pointer.y);
             if *logged != controls {
-                tracing::trace!("controls: {controls}");
+                tracing::trace!("panel {controls}");
                 *logged = controls;
             }
         }
