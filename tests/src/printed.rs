@@ -6,6 +6,8 @@
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
+use pottery_files::sentence::sentence;
+
 /// The standard output, for `writeln!`.
 ///
 /// Once its reader has closed it, as `head` does, what is written is dropped: a program goes on to its files and its own exit
@@ -32,7 +34,7 @@ pub fn remark(line: impl Display) {
 fn passed<T>(result: io::Result<T>, dropped: T) -> io::Result<T> {
     match result {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(dropped),
-        Err(error) => Err(io::Error::new(error.kind(), format!("the figures cannot be printed: {error}"))),
+        Err(error) => Err(io::Error::new(error.kind(), format!("the figures cannot be printed: {}", sentence(&error)))),
         done => done,
     }
 }

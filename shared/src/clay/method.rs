@@ -28,7 +28,7 @@ pub struct Contact {
 ///
 /// `e(q²)` over the depth e₀ in the middle, with n and m its bowl:
 /// - inside of the contact `1 − n·q² − m·q⁶`;
-/// - outside on a core `0.51·(Q − q²)/((Q − 1)·(1 + (q² − 1)/w))`, Q = 7.5. On a layer that slides on a rigid base and is twice as
+/// - outside on a core `(1 − n − m)·(Q − q²)/((Q − 1)·(1 + (q² − 1)/w))`, Q = 7.5. On a layer that slides on a rigid base and is twice as
 ///   thick as the contact's radius, an even pressure makes n = 0.35, m = 0.14 and w = 0.7, within 0.03 of the integral
 ///   `2p/E*·∫ a·J₁(ka)·J₀(kr)/k·(cosh 2kt − 1)/(sinh 2kt + 2kt) dk`; clay that flows on a thinner one gives way more evenly and
 ///   within narrower bounds (`PlasticLaw`);
@@ -81,14 +81,14 @@ impl Sink {
         let away = away - core::f32::consts::TAU * libm::roundf(away / core::f32::consts::TAU);
         let (across, up) = (away * self.radius_m / self.half_arc_m, (z_m - self.z_m) / self.half_height_m);
         let q2 = across * across + up * up;
+        let [near, edge] = self.bowl;
         let share = if q2 < 1.0 {
-            let [near, edge] = self.bowl;
             1.0 - q2 * (near + edge * q2 * q2)
         } else if self.support == Support::Hollow {
             let over = 1.0 / q2;
             0.5 * libm::sqrtf(over) * (1.0 + over * (0.125 + 0.15 * over * over * over))
         } else if q2 < Self::END {
-            0.51 * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / self.width))
+            (1.0 - near - edge) * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / self.width))
         } else {
             0.0
         };

@@ -414,7 +414,7 @@ fn figures_that_nobody_reads_end_no_program_and_a_full_disk_is_said() {
         let full = dent(full.into()).wait_with_output().unwrap();
         let said = String::from_utf8_lossy(&full.stderr);
         assert_eq!((full.status.code(), said.lines().count()), (Some(2), 1), "{said}");
-        assert!(said.contains("cannot be printed: No space left on device"), "{said}");
+        assert!(said.contains("cannot be printed: the disk is full"), "{said}");
     }
 }
 

@@ -51,7 +51,7 @@ fn the_fit_finds_the_constants_that_made_the_dents() {
     ]
     .map(|(scene, depth_mm)| KnownDent::of_law(truth, &scene, grid, depth_mm).unwrap());
     // a simplex of thirteen corners becomes flat before it is at the bottom; begun anew it goes on
-    let found = (0..9).fold(PlasticLaw::FITTED, |law, _| fit::fit(law, &made, 250, |_, _| {}).unwrap().law);
+    let found = (0..17).fold(PlasticLaw::FITTED, |law, _| fit::fit(law, &made, 150, |_, _| {}).unwrap().law);
     let score = fit::score(&fit::misfits(found, &made).unwrap());
     println!("score {score:.5}, {found:?}");
     // a hundredth of what the law in use scores on the finite elements

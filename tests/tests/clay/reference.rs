@@ -3,9 +3,11 @@
 //! The reference is not of this project's making; `tests/data/reference/README.md` says where it stands.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use pottery_shared::clay::{GridShape, MethodKind, PotSpec, Strength};
+use std::f32;
+
+use pottery_shared::clay::{GridShape, MethodKind, PlasticCsem, PotSpec, Strength, Support};
 use pottery_shared::units::Metres;
-use pottery_tests::chart::cases::{Support as Standing, reference_profile};
+use pottery_tests::chart::cases::{BASE, Scene, Support as Standing, reference_profile};
 use pottery_tests::dent::{Dent, Dented};
 use pottery_tests::reference::{ForceCurve, Profile};
 
@@ -63,6 +65,32 @@ fn plastic_clay_under_the_tool_is_within_two_per_cent() {
     println!("loaded dent, RMS over travel: {errors:.4?}");
     // with the elastic sink beside the contact; the reference itself is converged to about 1.5 %
     assert!(errors.iter().all(|error| *error < 0.02), "{errors:.4?}");
+}
+
+#[test]
+fn plastic_clay_has_no_step_at_the_edge_of_a_contact() {
+    let scenes = [
+        BASE,
+        Scene { pot_mm: [60.0, 5.0], ..BASE },
+        Scene { pot_mm: [60.0, 14.0], ..BASE },
+        Scene { tool_mm: 20.0, ..BASE },
+        Scene { youngs_mpa: 1.0, ..BASE },
+    ];
+    for (scene, support) in scenes.iter().flat_map(|scene| [(scene, Support::Backed), (scene, Support::Hollow)]) {
+        let mut dent = scene.dent(GridShape::PAPER, 2.0, false);
+        dent.pot.support = support;
+        let sink = dent.press_with(PlasticCsem::default(), 60).unwrap().contact().sink.unwrap();
+        let deep_m = sink.depth_at_m(sink.angle_rad, sink.z_m);
+        for direction in 0..8 {
+            let (up, across) = (f32::consts::FRAC_PI_4 * direction as f32).sin_cos();
+            let [inside_m, outside_m] = [0.999_99, 1.000_01].map(|far| {
+                let angle_rad = sink.angle_rad + far * across * sink.half_arc_m / sink.radius_m;
+                sink.depth_at_m(angle_rad, sink.z_m + far * up * sink.half_height_m)
+            });
+            // as far apart as 0.00002 of its half axis, on a slope of at most 30, and what rounding adds
+            assert!((inside_m - outside_m).abs() < 0.001 * deep_m, "{scene:?}, {support:?}: {inside_m} {outside_m}");
+        }
+    }
 }
 
 #[test]
