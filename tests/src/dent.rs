@@ -331,7 +331,7 @@ impl Pressing {
     pub fn in_clay(dent: Dent, step: Seconds, viscosity: Seconds) -> Result<Self, DentError> {
         let tool = dent.check()?;
         let pot = Pot::new(dent.pot)?;
-        let substep = SubStep::for_grid(dent.pot.shape);
+        let substep = SubStep::for_spheres(dent.pot.shape);
         let response = Material { viscosity, ..Material::default() }.response(step);
         let finger = dent.finger.map(|radius| {
             let at_m = Vec3::new(dent.pot.radius.0 - dent.pot.wall.0 - radius.0, 0.0, 0.5 * dent.pot.height.0);

@@ -327,6 +327,8 @@ impl Controls<'_> {
     const SEEN: std::ops::Range<i32> = 40..640;
     /// Above this row, a menu has room below, also when a line or two come above it meanwhile.
     const MENU: i32 = 370;
+    /// Rows by which a step of the mouse wheel moves the panel at most.
+    const TURN: i32 = 60;
 
     /// All of them, as they were drawn last.
     #[must_use]
@@ -395,9 +397,12 @@ impl Controls<'_> {
                 }
             } else {
                 let (text, turn) = (x.to_string(), if y < rows.start { "4" } else { "5" });
+                // as many steps as leave it short of the middle, or one
+                let times = ((y - i32::midpoint(rows.start, rows.end)).abs() / Self::TURN).max(1).to_string();
                 // what is moved after the turn is seen no sooner than the turn
                 let [to, on] = [["mousemove", &text, "340"], ["mousemove", &text, "341"]];
-                self.display.run("xdotool", &[&to[..], &["click", turn], &on].concat());
+                let click = ["click", "--repeat", &times, "--delay", "1", turn];
+                self.display.run("xdotool", &[&to[..], &click, &on].concat());
                 turned = self.rests_under((x, 341), deadline).then_some(control);
             }
         }

@@ -22,7 +22,8 @@ pub(super) struct Cutter {
 
 impl Cutter {
     pub(super) fn new(rack: Arc<[ConvexTool]>, shape: GridShape) -> Self {
-        Self { rack, sections: Sections::for_lattice(shape.columns(), shape.rows()) }
+        let room = || Sections::for_lattice(shape.columns(), shape.rows());
+        Self { sections: if rack.is_empty() { Sections::default() } else { room() }, rack }
     }
 
     pub(super) const fn rack(&self) -> &Arc<[ConvexTool]> {

@@ -186,6 +186,12 @@ impl SubStep {
         }
     }
 
+    /// The same for presses with spheres alone: without convex tools, and without the megabytes that they are cut in until one is swapped in.
+    #[must_use]
+    pub fn for_spheres(shape: GridShape) -> Self {
+        Self::with_rack(shape, Arc::from([]))
+    }
+
     /// The same with other vectors than the widest there are, which changes how long it takes and nothing else.
     #[must_use]
     pub fn using(mut self, vectors: Vectors) -> Self {

@@ -194,7 +194,7 @@ impl Footprint {
             contacts: Contacts::with_room(shape),
             pushes: Vec::with_capacity(eights),
             rim: RimScratch::with_room(shape),
-            row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1),
+            row_kernel: Vec::with_capacity(2 * shape.rows() as usize + 1 + 2 * LANES),
             braced: None,
             joint: Joint::with_room(JOINT_TOOLS),
             cutter: None,
@@ -278,6 +278,13 @@ impl Footprint {
     #[must_use]
     pub const fn window(&self) -> Window {
         self.window
+    }
+
+    /// The same in whole eights, the last of which may end beyond the window.
+    #[inline(always)]
+    pub(super) fn column_eights_mut(&mut self, local: u32) -> &mut [[f32; LANES]] {
+        let (start, eights) = (local as usize * self.column_eights(), self.column_eights());
+        &mut self.delta_m[start..start + eights]
     }
 
     /// Writes `share` of the penetration wherever the tool touches; the window must cover it from a whole eight on.

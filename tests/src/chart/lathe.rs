@@ -77,7 +77,7 @@ fn stroke(dent: &Dent, rpm: f32, pitch: f32) -> Result<LatheFigures, ChartError>
     let tool = Sphere::new(dent.tool).map_err(DentError::from)?;
     let mut full = Pot::new(dent.pot).map_err(DentError::from)?;
     let mut profiled = full.clone();
-    let mut substep = SubStep::for_grid(dent.pot.shape);
+    let mut substep = SubStep::for_spheres(dent.pot.shape);
     let bound = ErrorBound::new(BOUND).expect("the loosest bound is one");
     let mut lathe = Lathe::new(&profiled.surfaces()[0], bound, PlasticCsem::default());
     let tick_rad = rpm / 60.0 * TAU * Tick::PERIOD.0;

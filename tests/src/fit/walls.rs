@@ -163,7 +163,7 @@ impl KnownForce {
 /// Force on a ball that is pressed into a wall from inside and has come to rest, N.
 fn inside(dent: &Dent, method: PlasticCsem) -> Result<Vec3, DentError> {
     let Dent { pot, strength, tool, depth, .. } = *dent;
-    let (mut substep, mut pot) = (SubStep::for_grid(pot.shape), Pot::new(pot)?);
+    let (mut substep, mut pot) = (SubStep::for_spheres(pot.shape), Pot::new(pot)?);
     let (wall_m, middle_m) = (pot.spec().radius.0 - pot.spec().wall.0, 0.5 * pot.spec().height.0);
     let tool = Sphere::new(tool)?;
     let response = Material { viscosity: Material::VISCOSITY_MIN, ..Material::default() }.response(Tick::PERIOD);

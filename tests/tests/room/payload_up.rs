@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use glam::Vec3;
-use pottery_shared::clay::{Material, MethodKind, PotSpec};
+use pottery_shared::clay::{GridShape, Material, MethodKind, PotSpec};
 use pottery_shared::protocol::{self, Upload};
 use pottery_shared::room::{Lane, PeerId, Room, RoomConfig};
 use pottery_shared::session::Client;
@@ -66,7 +66,8 @@ fn upstream(seed: u64, quality: Quality, is_rib: bool) -> (f64, f64) {
         code: "CLAY".into(),
         wheels: 1,
         people_max: 1,
-        pot: PotSpec::default(),
+        // a coarse one: what a hand sends tells nothing of the clay
+        pot: PotSpec { shape: GridShape::new(90, 100).unwrap(), ..PotSpec::default() },
         method: MethodKind::Plastic,
         wheel_speed: Rpm(60.0),
         clay: Material::default(),

@@ -130,6 +130,12 @@ fn write(path: &Path, picture: &[u8]) {
     encoder.write_header().unwrap().write_image_data(picture).unwrap();
 }
 
+/// How long a window is left alone between two looks. What is compared with a reference is looked at until it is the same, so that a window that stood
+/// still for a moment alone costs another look.
+const LOOKS_APART: Duration = Duration::from_millis(600);
+/// And under a tool that is held, since clay gives way for ever more slowly.
+const PRESSES_APART: Duration = Duration::from_millis(2500);
+
 /// Whether the window moves by itself while it is looked at.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Comes {
@@ -139,11 +145,11 @@ enum Comes {
 
 /// The window once it stands still: three times the same but for its figures and a few edges under a tool that is held, as far apart as
 /// several looks at rest on a busy machine.
-fn at_rest(display: &Display) -> Vec<u8> {
+fn at_rest(display: &Display, apart: Duration) -> Vec<u8> {
     let deadline = Instant::now() + PATIENCE;
     let (mut first, mut same) = (display.pixels(), 0);
     loop {
-        std::thread::sleep(Duration::from_millis(2500));
+        std::thread::sleep(apart);
         let now = display.pixels();
         let above = FIGURES[1] * SIZE.0 * 3;
         let differing = first[..above].iter().zip(&now[..above]).filter(|(first, now)| first != now).count();
@@ -173,7 +179,7 @@ fn press_slowly(display: &Display, key: &str) {
 /// Waits until the window looks as the reference does.
 fn until_as(display: &Display, name: &str, comes: Comes, left_out: &[Part]) {
     let path = reference(name);
-    let look = || if comes == Comes::ToRest { at_rest(display) } else { kept(&display.pixels()) };
+    let look = || if comes == Comes::ToRest { at_rest(display, LOOKS_APART) } else { kept(&display.pixels()) };
     static WRITTEN: Mutex<Vec<String>> = Mutex::new(Vec::new());
     if std::env::var_os("POTTERY_WRITE_PICTURES").is_some() {
         let mut written = WRITTEN.lock().unwrap();
@@ -300,14 +306,14 @@ fn a_pot_is_pressed_keys_and_panel_are_opened_and_it_is_exported() {
     display.run("xdotool", &["key", "--delay", "60", "plus", "plus", "plus", "plus", "plus", "plus", "plus", "plus"]);
     for height in ["230", "320", "410"] {
         display.run("xdotool", &["mousemove", "625", height]);
-        at_rest(&display);
+        at_rest(&display, PRESSES_APART);
         display.run("xdotool", &["mousedown", "1"]);
         // a millimetre at a time
         (0..14).for_each(|_| press_slowly(&display, "w"));
-        at_rest(&display);
+        at_rest(&display, PRESSES_APART);
         display.run("xdotool", &["mouseup", "1"]);
         display.run("xdotool", &[&["key", "--delay", "60"][..], &["s"; 20]].concat());
-        at_rest(&display);
+        at_rest(&display, PRESSES_APART);
     }
     studio.rest();
     until_as(&display, "pressed", Comes::ToRest, &[PANEL, FIGURES]);
@@ -392,7 +398,7 @@ fn a_window_of_any_size_that_is_hidden_and_shown_again_looks_as_before() {
     let window = display.window(&[]);
     for (width, height) in [("640", "480"), ("3840", "2160"), ("1", "1"), ("500", "1")] {
         display.run("xdotool", &["windowsize", "--sync", &window, width, height]);
-        at_rest(&display);
+        at_rest(&display, LOOKS_APART);
         assert!(
             display.run("xdotool", &["search", "--name", "Pottery studio"]).contains(&window),
             "{width} × {height}"
@@ -401,7 +407,7 @@ fn a_window_of_any_size_that_is_hidden_and_shown_again_looks_as_before() {
     studio.fill(&window);
     until_as(&display, "untouched", Comes::ToRest, &[PANEL, FIGURES]);
     display.run("xdotool", &["windowunmap", "--sync", &window]);
-    at_rest(&display);
+    at_rest(&display, LOOKS_APART);
     display.run("xdotool", &["windowmap", "--sync", &window]);
     studio.fill(&window);
     until_as(&display, "untouched", Comes::ToRest, &[PANEL, FIGURES]);
@@ -417,11 +423,11 @@ fn a_screen_with_other_pixels_shows_the_same_in_another_size() {
     until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
     // twice as many pixels an inch: the window asks for twice its size, is given what there is, and folds its panel, which would take half of it
     desktop.change_screen(192);
-    at_rest(&display);
+    at_rest(&display, LOOKS_APART);
     studio.fill(&window);
     until_as(&display, "doubled", Comes::ToRest, &[DOUBLED_FIGURES]);
     desktop.change_screen(96);
-    at_rest(&display);
+    at_rest(&display, LOOKS_APART);
     studio.fill(&window);
     until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
     studio.close();
@@ -441,7 +447,7 @@ fn a_lost_graphics_device_costs_a_picture_and_nothing_else() {
     let studio = Studio::open_with(&display, "lost", &[], &lost);
     until_as(&display, "untouched", Comes::ToRest, &[PANEL, FIGURES]);
     display.run("xdotool", &["key", "p", "key", "p", "key", "h"]);
-    at_rest(&display);
+    at_rest(&display, LOOKS_APART);
     display.run("xdotool", &["key", "h"]);
     // with its letters
     until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
