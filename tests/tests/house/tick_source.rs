@@ -77,7 +77,7 @@ const BESIDE: [(&str, &[&str]); 22] = [
     ("shared/src/clay/rays.rs", &["with_room"]),
     ("shared/src/clay/rim.rs", &["with_room"]),
     ("shared/src/clay/schedule.rs", &["new"]),
-    ("shared/src/clay/substep.rs", &["with_rack", "using", "rack"]),
+    ("shared/src/clay/substep.rs", &["with_rack", "for_spheres", "using", "rack"]),
     ("shared/src/clay/surface.rs", &["cylinder", "with_radii", "untouched", "directions"]),
     ("shared/src/clay/unbent.rs", &["with_room"]),
     ("shared/src/clay/wheel.rs", &["starting_at"]),

@@ -447,7 +447,8 @@ fn a_lost_graphics_device_costs_a_picture_and_nothing_else() {
     let studio = Studio::open_with(&display, "lost", &[], &lost);
     until_as(&display, "untouched", Comes::ToRest, &[PANEL, FIGURES]);
     display.run("xdotool", &["key", "p", "key", "p", "key", "h"]);
-    at_rest(&display, LOOKS_APART);
+    // no picture is kept of these keys beside this pot
+    at_rest(&display, PRESSES_APART);
     display.run("xdotool", &["key", "h"]);
     // with its letters
     until_as(&display, "untouched", Comes::ToRest, &[ADDRESS, FILE, FIGURES]);
