@@ -198,10 +198,10 @@ key-files = den Topf speichern, einen öffnen, ausgeben
 key-panel = Bedienung einklappen, öffnen
 key-help = diese Tasten, verlassen
 press-left = linke Taste, Finger
-press-right = rechte Taste, zwei Finger
+press-right = rechte Taste, zwei Finger, ← →
 press-wheel = Mausrad, W S
 press-zoom = Strg + Mausrad, Bild auf, ab
-press-arrows = auf, ab, Leertaste
+press-arrows = ↑ ↓, Leertaste
 press-roll = A D, Umschalt + Rad
 press-lean = F G, Alt + Rad; X
 

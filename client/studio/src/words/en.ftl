@@ -198,10 +198,10 @@ key-files = save the pot, open one, export it
 key-panel = fold the panel, open it
 key-help = these keys, leave
 press-left = left button, finger
-press-right = right button, two fingers
+press-right = right button, two fingers, ← →
 press-wheel = mouse wheel, W S
 press-zoom = Ctrl + wheel, page up, down
-press-arrows = up, down, space
+press-arrows = ↑ ↓, space
 press-roll = A D, Shift + wheel
 press-lean = F G, Alt + wheel; X
 
