@@ -11,6 +11,7 @@ use pottery_shared::snapshot::PotRecord;
 
 use crate::folder::Folder;
 use crate::store::{Store, StoreError};
+use crate::ticking::mark;
 use crate::{ConfigError, ServerConfig, ServerError};
 
 /// Opens the room of a configuration, with the folder that its pots are kept in, where there is one.
@@ -46,11 +47,11 @@ pub(crate) fn open(
     let path = folder.path().to_path_buf();
     let (mut store, kept) = Store::open(folder, usize::from(config.wheels), config.is_fresh)?;
     let method = kept.iter().flatten().map(PotFile::method).find(|method| *method != config.method);
-    let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| kept.pot().clone())).collect();
-    if let Some(first) = records.iter().flatten().next() {
+    let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| (kept.pot().clone(), kept.clay()))).collect();
+    if let Some((first, _)) = records.iter().flatten().next() {
         let spec = *first.spec();
         if let Some(wheel) =
-            records.iter().position(|record| record.as_ref().is_some_and(|other| *other.spec() != spec))
+            records.iter().position(|record| record.as_ref().is_some_and(|(other, _)| *other.spec() != spec))
         {
             return Err(StoreError::Unlike { wheel: wheel + 1 }.into());
         }
@@ -66,15 +67,22 @@ pub(crate) fn open(
             let (kept, now) = (method.name(), config.method.name());
             tracing::warn!("pots that were pressed with the {kept} method are gone on with by the {now} one");
         }
+        let others = records.iter().flatten().filter(|(_, clay)| *clay != config.clay).count();
+        if others > 0 {
+            tracing::info!(
+                pots = others,
+                "pots that were kept are gone on with in the clay they had, which is other clay than the settings' for new pots"
+            );
+        }
     } else if let Some(record) = &record {
         room.pot = *record.spec();
     }
     // wheels that have no pot of their own begin with what was asked for, where it is of the same make
     for empty in records.iter_mut().filter(|kept| kept.is_none()) {
-        *empty = record.clone().filter(|record| *record.spec() == room.pot);
+        *empty = record.clone().filter(|record| *record.spec() == room.pot).map(|record| (record, config.clay));
     }
     let room = Room::going_on_with(room, &records).map_err(ConfigError::from)?;
-    store.know(|wheel| room.digest(wheel));
+    store.know(|wheel| mark(&room, wheel));
     Ok((room, Some(store)))
 }
 

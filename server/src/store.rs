@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use pottery_files::pot_file::{PotFile, PotFileError};
+use pottery_shared::clay::Material;
 use tokio::sync::oneshot;
 use tokio::sync::oneshot::error::TryRecvError;
 
@@ -68,15 +69,18 @@ pub enum StoreError {
     },
 }
 
+/// What tells whether a file is still true: digest of the pot, and what it is made of.
+pub(crate) type Mark = (u64, Material);
+
 /// One wheel's file.
 #[derive(Debug)]
 struct Shelf {
     path: PathBuf,
-    /// Digest of the pot in the file.
-    kept: Option<u64>,
+    /// That of the pot in the file.
+    kept: Option<Mark>,
     /// When it was last looked at.
     looked_at: Duration,
-    writing: Option<oneshot::Receiver<Result<u64, String>>>,
+    writing: Option<oneshot::Receiver<Result<Mark, String>>>,
 }
 
 /// The pots of a room on disk.
@@ -142,9 +146,9 @@ impl Store {
     }
 
     /// Notes that the pots are as they are on disk, or not worth a file yet.
-    pub(crate) fn know(&mut self, digest: impl Fn(usize) -> Option<u64>) {
+    pub(crate) fn know(&mut self, mark: impl Fn(usize) -> Option<Mark>) {
         for (wheel, shelf) in self.shelves.iter_mut().enumerate() {
-            shelf.kept = digest(wheel);
+            shelf.kept = mark(wheel);
         }
     }
 
@@ -153,7 +157,7 @@ impl Store {
     pub(crate) fn look(
         &mut self,
         now: Duration,
-        digest: impl Fn(usize) -> Option<u64>,
+        mark: impl Fn(usize) -> Option<Mark>,
         is_left: impl Fn(usize) -> bool,
         mut take: impl FnMut(usize) -> Option<PotFile>,
     ) {
@@ -165,7 +169,7 @@ impl Store {
             self.next = (wheel + 1) % wheels;
             self.settle(wheel);
             let is_due = now + round >= self.shelves[wheel].looked_at + KEEP_EVERY || is_left(wheel);
-            self.keep(wheel, now, is_due, &digest, &mut take);
+            self.keep(wheel, now, is_due, &mark, &mut take);
         }
     }
 
@@ -175,14 +179,14 @@ impl Store {
         wheel: usize,
         now: Duration,
         is_due: bool,
-        digest: impl Fn(usize) -> Option<u64>,
+        mark: impl Fn(usize) -> Option<Mark>,
         take: impl FnOnce(usize) -> Option<PotFile>,
     ) {
         let Some(shelf) = self.shelves.get_mut(wheel) else { return };
         if !is_due || shelf.writing.is_some() {
             return;
         }
-        let Some(digest) = digest(wheel).filter(|digest| shelf.kept != Some(*digest)) else {
+        let Some(mark) = mark(wheel).filter(|mark| shelf.kept != Some(*mark)) else {
             shelf.looked_at = now;
             return;
         };
@@ -193,7 +197,7 @@ impl Store {
         shelf.writing = Some(written);
         tokio::task::spawn_blocking(move || {
             // nobody waits for it when the server has ended meanwhile
-            drop(outcome.send(pot.write(&path).map(|()| digest).map_err(|error| error.to_string())));
+            drop(outcome.send(pot.write(&path).map(|()| mark).map_err(|error| error.to_string())));
         });
     }
 
@@ -207,8 +211,8 @@ impl Store {
         };
         shelf.writing = None;
         match outcome {
-            Ok(digest) => {
-                shelf.kept = Some(digest);
+            Ok(mark) => {
+                shelf.kept = Some(mark);
                 self.written += 1;
                 if std::mem::take(&mut self.failures) > 0 {
                     tracing::info!("pots are kept again");
@@ -230,17 +234,17 @@ impl Store {
     /// Writes all that has changed and waits for it; the sentences of what could not be.
     pub(crate) async fn finish(
         mut self,
-        digest: impl Fn(usize) -> Option<u64>,
+        mark: impl Fn(usize) -> Option<Mark>,
         take: impl Fn(usize) -> Option<PotFile>,
     ) -> Vec<String> {
         let mut troubles = Vec::new();
         for (wheel, shelf) in self.shelves.iter_mut().enumerate() {
             if let Some(task) = shelf.writing.take()
-                && let Ok(Ok(digest)) = task.await
+                && let Ok(Ok(written)) = task.await
             {
-                shelf.kept = Some(digest);
+                shelf.kept = Some(written);
             }
-            if digest(wheel).is_none_or(|digest| shelf.kept == Some(digest)) {
+            if mark(wheel).is_none_or(|mark| shelf.kept == Some(mark)) {
                 continue;
             }
             let (Some(pot), path) = (take(wheel), shelf.path.clone()) else { continue };
@@ -269,7 +273,7 @@ mod tests {
                 let pot = Pot::new(PotSpec::default()).ok()?;
                 Some(PotFile::of(&pot, &Conditions::default(), Tick(0)))
             };
-            store.look(Duration::from_secs(second), |_| Some(digest), |_| false, take);
+            store.look(Duration::from_secs(second), |_| Some((digest, Material::default())), |_| false, take);
             // what is written is written before the next second
             if let Some(writing) = store.shelves[0].writing.take() {
                 let outcome = writing.await.expect("the thread ends well");
@@ -284,7 +288,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("pottery-store-{}", std::process::id()));
         let held = Folder::hold(&folder).expect("a new folder can be made");
         let (mut store, _) = Store::open(held, 1, false).expect("it has no pots");
-        store.know(|_| Some(1));
+        store.know(|_| Some((1, Material::default())));
         let path = file(&folder, 0);
         assert_eq!(passed(&mut store, 0..120, 1).await, 0, "nobody has touched it");
         assert!(!path.exists());
@@ -302,7 +306,7 @@ mod tests {
             let folder = std::env::temp_dir().join(format!("pottery-store-many-{}-{wheels}", std::process::id()));
             let held = Folder::hold(&folder).expect("a new folder can be made");
             let (mut store, _) = Store::open(held, wheels, false).expect("it has no pots");
-            store.know(|_| Some(1));
+            store.know(|_| Some((1, Material::default())));
             let mut waiting: std::collections::BTreeSet<_> = (0..wheels).collect();
             let mut most = 0;
             for look in 0..=300 {
@@ -312,7 +316,7 @@ mod tests {
                     waiting.remove(&wheel);
                     None
                 };
-                store.look(LOOK_EVERY * look, |_| Some(2), |_| false, take);
+                store.look(LOOK_EVERY * look, |_| Some((2, Material::default())), |_| false, take);
                 most = most.max(before - waiting.len());
             }
             assert!(waiting.is_empty(), "of {wheels} pots {} wait longer", waiting.len());
@@ -327,14 +331,14 @@ mod tests {
         let open = || {
             let held = Folder::hold(&folder).expect("a new folder can be made");
             let (mut store, _) = Store::open(held, 2, false).expect("it has no pots");
-            store.know(|_| Some(1));
+            store.know(|_| Some((1, Material::default())));
             store
         };
         let pot = || Some(PotFile::of(&Pot::new(PotSpec::default()).ok()?, &Conditions::default(), Tick(0)));
-        let (whole, lost) = (open().finish(|_| Some(2), |_| pot()).await, open());
+        let (whole, lost) = (open().finish(|_| Some((2, Material::default())), |_| pot()).await, open());
         assert!(whole.is_empty(), "{whole:?}");
         fs::remove_dir_all(&folder).expect("what was written can be removed");
-        let told = lost.finish(|wheel| Some(1 + wheel as u64), |_| pot()).await;
+        let told = lost.finish(|wheel| Some((1 + wheel as u64, Material::default())), |_| pot()).await;
         assert!(told.len() == 1 && told[0].contains("wheel-2.pot"), "the first is as it was: {told:?}");
     }
 }

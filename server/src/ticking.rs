@@ -20,7 +20,7 @@ use crate::event::Event;
 use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
-use crate::store::{self, Store};
+use crate::store::{self, Mark, Store};
 use crate::{Figures, InputCounts, Losses, Standing};
 
 /// How often the room is advanced; each time by all milliseconds that have passed. With every tick, so that no snapshot waits for it.
@@ -204,7 +204,7 @@ impl Ticking {
     fn keep_pots(&mut self) {
         let (room, Some(store)) = (&self.room, &mut self.store) else { return };
         let is_left = |wheel| room.people_at(wheel) == 0 || room.is_closed(wheel);
-        store.look(self.started.elapsed(), |wheel| room.digest(wheel), is_left, |wheel| pot_file(room, wheel));
+        store.look(self.started.elapsed(), |wheel| mark(room, wheel), is_left, |wheel| pot_file(room, wheel));
     }
 
     /// Forgets addresses from which nothing came for a while, and says that one sends too much, now and then; never which.
@@ -225,7 +225,7 @@ impl Ticking {
     async fn end_store(&mut self) {
         let Some(store) = self.store.take() else { return };
         let room = &self.room;
-        for trouble in store.finish(|wheel| room.digest(wheel), |wheel| pot_file(room, wheel)).await {
+        for trouble in store.finish(|wheel| mark(room, wheel), |wheel| pot_file(room, wheel)).await {
             tracing::error!("a pot is not kept: {trouble}");
             self.losses.pots += 1;
         }
@@ -355,6 +355,11 @@ impl Ticking {
             tracing::debug!("some peers did not hear the goodbye");
         }
     }
+}
+
+/// What tells whether a wheel's file is still true.
+pub(crate) fn mark(room: &Room, wheel: usize) -> Option<Mark> {
+    Some((room.digest(wheel)?, room.conditions(wheel)?.material.at(room.now())))
 }
 
 /// The pot of a wheel as it is kept.

@@ -17,7 +17,7 @@ use pottery_client::stroke::Stroke;
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_config, endpoint};
 use pottery_files::pot_file::PotFile;
 use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
-use pottery_shared::clay::{Conditions, Pot, PotSpec};
+use pottery_shared::clay::{Conditions, Material, Pot, PotSpec, Preset};
 use pottery_shared::units::Tick;
 use pottery_tests::programs::{folder, program};
 
@@ -82,6 +82,43 @@ async fn pots_outlast_the_server_and_are_gone_on_with_or_put_aside() {
     assert!(error.to_string().contains("wheel-2.pot") && error.to_string().contains("--fresh"), "{error}");
     assert_eq!(fs::read(&file).unwrap(), b"no pot", "and it is left as it was");
     fs::remove_dir_all(data.parent().unwrap()).unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_kept_pot_is_gone_on_with_in_the_clay_that_it_was_left_in() {
+    let data = folder("clay");
+    let [throwing, soft, stiff] =
+        [Preset::Throwing, Preset::Soft, Preset::Stiff].map(|preset| Material::from_wetness(preset.wetness()));
+    let kept = ServerConfig { wheels: 2, data: Some(data.clone()), clay: throwing, ..config() };
+    let server = Server::start(kept.clone()).unwrap();
+    // makes the clay of the second wheel another, presses nothing, and leaves
+    let own = endpoint().unwrap();
+    let still = || Box::new(ScriptedDevice::new(Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,100\n").unwrap())));
+    let potter = Potter::join(&own, &target(&server, 2), still(), PotterOptions::default()).await.unwrap();
+    assert!(potter.command(pottery_client::Command::Clay(soft)));
+    let seen = |potter: &Potter| {
+        let (own, view) = (potter.tick(), potter.view().lock());
+        view.conditions.material.at(Tick(own.0.saturating_add_signed(view.tick_offset)))
+    };
+    let began = Instant::now();
+    while seen(&potter) != soft {
+        assert!(began.elapsed() < PATIENCE, "the clay does not become another");
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    potter.leave().await.unwrap();
+    server.stop().await;
+    assert_eq!(PotFile::read(&data.join("wheel-2.pot")).unwrap().clay(), soft);
+    assert!(!data.join("wheel-1.pot").exists(), "nothing has changed there");
+
+    // the settings are for new pots
+    let server = Server::start(ServerConfig { clay: stiff, ..kept }).unwrap();
+    for (wheel, clay) in [(1, stiff), (2, soft)] {
+        let potter = Potter::join(&own, &target(&server, wheel), still(), PotterOptions::default()).await.unwrap();
+        assert_eq!(seen(&potter), clay, "at wheel {wheel}");
+        potter.leave().await.unwrap();
+    }
+    server.stop().await;
+    fs::remove_dir_all(data).unwrap();
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
