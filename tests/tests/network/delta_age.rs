@@ -17,6 +17,7 @@ use pottery_shared::session::Client;
 use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
 use pottery_shared::units::Tick;
 use pottery_tests::line::{BurstLoss, Quality, Rate};
+use pottery_tests::load::hand::Hand;
 use pottery_tests::simulation::{SERVER, Simulation, in_virtual_time};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep};
@@ -108,6 +109,43 @@ impl Raw {
     }
 }
 
+/// A hand that presses over a good line and holds no clay, which would take most of a run's time and tell nobody anything.
+struct Presser {
+    raw: Raw,
+    hand: Hand,
+}
+
+impl Presser {
+    async fn join(studio: &Simulation, number: u8) -> Self {
+        let raw = Raw::join(studio, number, Quality::LAN, true).await;
+        let now_ms = studio.opened.elapsed().as_millis() as u64;
+        let hand = Hand::new(now_ms, Tick(0).offset(now_ms as i64), raw.connection.rtt());
+        Self { raw, hand }
+    }
+
+    /// Presses there, and sends what is to be sent; tells `seen` of every pulse.
+    fn press(&mut self, centre: Position, now: Duration, mut seen: impl FnMut(&Pulse)) {
+        let (tick, tool) = (self.hand.tick(now.as_millis() as u64), Tool::default());
+        let orientation = Orientation::default();
+        self.hand.take(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
+        while let Ok(arrival) = self.raw.arrivals.try_recv() {
+            let Arrival::Datagram(bytes) = arrival else { continue };
+            let pulse: Pulse = protocol::decode::<{ protocol::DATAGRAM_MEMORY_MAX }, _>(&bytes).unwrap();
+            seen(&pulse);
+            let acknowledged = pulse.head.acknowledged;
+            if let Some(slack) = pulse.head.slack {
+                self.hand.handle_slack(slack, acknowledged, now);
+            }
+            self.hand.confirm(acknowledged, now, |_| {});
+        }
+        if now.as_millis().is_multiple_of(10) {
+            while let Some(bytes) = self.hand.poll_datagram(now) {
+                self.raw.connection.send_datagram(bytes.into()).unwrap();
+            }
+        }
+    }
+}
+
 fn hand(number: u8, now: Duration) -> Option<Position> {
     let time = now.as_secs_f32();
     let angle = f32::from(number) * 1.57;
@@ -141,7 +179,7 @@ fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) 
         let opened = studio.opened;
         let mut potters = Vec::new();
         for number in 0..4 {
-            potters.push(Raw::join(&studio, number, Quality::LAN, true).await);
+            potters.push(Presser::join(&studio, number).await);
         }
         let mut listener = Raw::join(&studio, 9, quality, false).await;
         let mut tick_of: BTreeMap<u32, u64> = BTreeMap::new();
@@ -150,15 +188,9 @@ fn ages(seed: u64, transport: Option<quinn::TransportConfig>, quality: Quality) 
             sleep(Duration::from_millis(1)).await;
             let now = opened.elapsed();
             for (number, potter) in (0..).zip(&mut potters) {
-                let tick = Tick(0).offset(now.as_millis() as i64 + potter.session.tick_offset());
-                let (tool, orientation) = (Tool::default(), Orientation::default());
-                let centre = hand(number, now).unwrap();
-                potter.session.handle_sample(ToolSample { tick, tool, orientation, centre, side: Side::Outside });
-                potter
-                    .step(now, |pulse| {
-                        tick_of.entry(pulse.body.latest).or_insert(pulse.body.tick);
-                    })
-                    .await;
+                potter.press(hand(number, now).unwrap(), now, |pulse| {
+                    tick_of.entry(pulse.body.latest).or_insert(pulse.body.tick);
+                });
             }
             listener.step(now, |_| {}).await;
             if now >= Duration::from_millis(1500) {
