@@ -428,3 +428,25 @@ impl Drop for Display {
         drop(fs::remove_dir_all(&self.settings));
     }
 }
+
+/// A picture of RGB pixels, so many in a row, with each colour's mean over squares of so many pixels a side.
+#[must_use]
+pub fn folded(pixels: &[u8], width: usize, by: usize) -> Vec<u8> {
+    let height = pixels.len() / 3 / width;
+    let mut picture = Vec::with_capacity(pixels.len() / by / by);
+    for (y, x) in (0..height / by).flat_map(|y| (0..width / by).map(move |x| (y, x))) {
+        for of in 0..3 {
+            let square = (0..by * by).map(|at| (y * by + at / by, x * by + at % by));
+            let sum: usize = square.map(|(y, x)| usize::from(pixels[(y * width + x) * 3 + of])).sum();
+            picture.push((sum / (by * by)) as u8);
+        }
+    }
+    picture
+}
+
+/// Colours of pixels in which two pictures differ, above the row of that number.
+#[must_use]
+pub fn differing(one: &[u8], other: &[u8], row: usize) -> usize {
+    let above = row * SIZE.0 * 3;
+    one[..above].iter().zip(&other[..above]).filter(|(one, other)| one != other).count()
+}

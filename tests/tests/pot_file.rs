@@ -313,7 +313,7 @@ fn record_of_an_untouched_pot_is_version_0() {
 
 #[test]
 fn file_of_version_1_is_read_for_good() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/pots/version-1.pot");
     let file = PotFile::read(&path).unwrap();
     assert_eq!(file.pot().pot().digest(), 0xd446_9ea1_8e1d_e2f6);
     assert_eq!((file.method(), file.wheel_speed().0.round()), (MethodKind::Plastic, 60.0));
@@ -360,7 +360,7 @@ fn file_is_written_and_read_and_says_its_name_when_it_cannot_be() {
 #[test]
 fn reader_in_the_description_reads_the_same_radii() {
     let description =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/files/POT-FILE.md")).unwrap();
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/files/POT-FILE.md")).unwrap();
     let (_, program) = description.split_once("```python\n").unwrap();
     let (program, _) = program.split_once("```").unwrap();
     let folder = folder("pot-described");

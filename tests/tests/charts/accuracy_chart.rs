@@ -16,6 +16,7 @@ use pottery_tests::chart::extent::Extent;
 use pottery_tests::chart::machine::Machine;
 use pottery_tests::chart::progress::Progress;
 use pottery_tests::chart::{self, Figures};
+use pottery_tests::programs::program;
 
 /// The smallest chart, measured and drawn once.
 struct Chart {
@@ -66,7 +67,7 @@ fn table(file: &str) -> (Vec<String>, Vec<Vec<String>>) {
 }
 
 fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_accuracy-chart")).args(arguments).output().unwrap()
+    Command::new(program("accuracy-chart")).args(arguments).output().unwrap()
 }
 
 /// What the program says when it refuses, which is one line.
@@ -400,7 +401,7 @@ fn figures_that_nobody_reads_end_no_program_and_a_full_disk_is_said() {
     let file = folder("unread.csv");
     std::fs::create_dir_all(file.parent().unwrap()).unwrap();
     let dent = |to: std::process::Stdio| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        let mut command = Command::new(program("accuracy-chart"));
         command.args(["dent", "--method", "ours", "--grid", "126x68", "--out", file.to_str().unwrap()]);
         command.stdout(to).stderr(std::process::Stdio::piped()).spawn().unwrap()
     };

@@ -12,6 +12,7 @@ use std::sync::LazyLock;
 
 use pottery_shared::clay::MethodKind;
 use pottery_tests::failures::{self, Bound, METHODS, Outcome, SCENARIOS};
+use pottery_tests::programs::program;
 
 /// Every method in every scenario, run once.
 static OUTCOMES: LazyLock<Vec<Outcome>> = LazyLock::new(|| failures::run(|_| true, |_| {}));
@@ -20,8 +21,8 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("failures").join(name)
 }
 
-fn program(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_accuracy-chart")).arg("failures").args(arguments).output().unwrap()
+fn run(arguments: &[&str]) -> Output {
+    Command::new(program("accuracy-chart")).arg("failures").args(arguments).output().unwrap()
 }
 
 /// Fails with every outcome that is not as it should be, one a line.
@@ -100,7 +101,7 @@ fn files_hold_every_method_in_every_scenario() {
 #[test]
 fn program_prints_and_writes_what_was_chosen() {
     let folder = folder("program");
-    let output = program(&["--out", folder.to_str().unwrap(), "--only", "People"]);
+    let output = run(&["--out", folder.to_str().unwrap(), "--only", "People"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
     let chosen = SCENARIOS.iter().filter(|scenario| scenario.name.contains("people"));
@@ -122,7 +123,7 @@ fn program_refuses_what_it_cannot_do_in_one_sentence() {
         (vec!["--out", file.to_str().unwrap()], "choose another with --out"),
     ];
     for (arguments, words) in cases {
-        let output = program(&arguments);
+        let output = run(&arguments);
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(!output.status.success() && output.stdout.is_empty(), "{arguments:?}");
         assert!(said.contains(words) && said.lines().count() == 1, "{said}");

@@ -10,6 +10,7 @@ use std::sync::LazyLock;
 
 use pottery_shared::clay::MethodKind;
 use pottery_tests::failures::{METHODS, Outcome, Scenario};
+use pottery_tests::programs::program;
 use pottery_tests::stability::{self, Edges, Grip, Mechanism, SCENARIOS, bound_n_m};
 
 /// Fails with every one of some methods' outcomes that is not as the list says, one a line.
@@ -135,7 +136,7 @@ fn edges_are_where_they_should_be_and_are_written() {
 fn program_prints_and_writes_what_was_chosen_and_refuses_what_there_is_not() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stability-program");
     let program = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        let mut command = Command::new(program("accuracy-chart"));
         command.arg("stability").arg("--out").arg(&folder).args(arguments).output().unwrap()
     };
     let output = program(&["--only", "Stands Still"]);
@@ -156,7 +157,7 @@ fn every_stage_that_is_left_out_fails_what_it_is_there_for() {
         ("correction", "clay that somebody undoes"),
         ("ramp", "stands still for 50 ms"),
     ] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+        let mut command = Command::new(program("accuracy-chart"));
         command.arg("stability").arg("--out").arg(&folder).args(["--only", scenario, "--without", stage]);
         let output = command.output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -9,6 +9,7 @@ use pottery_shared::units::Metres;
 use pottery_tests::chart::machine::Machine;
 use pottery_tests::chart::transform::{self, Way};
 use pottery_tests::dice::Dice;
+use pottery_tests::programs::program;
 use pottery_tests::transform::CpuTransform;
 
 /// A pot with waves round and along it.
@@ -125,7 +126,7 @@ fn every_way_is_measured_and_stands_in_every_file() {
 #[test]
 fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
     let out = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("transform-refused");
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_accuracy-chart"))
+    let output = std::process::Command::new(program("accuracy-chart"))
         .args(["transform", "--adapter", "no such card", "--out"])
         .arg(&out)
         .output()

@@ -187,7 +187,7 @@ fn drawn(
 
 #[test]
 fn two_hands_pull_a_wall_up() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes");
     let strokes = ["pull-outside.csv", "pull-inside.csv"].map(|name| Stroke::read(folder.join(name)).unwrap());
     let rate = Wheel::rate_of(strokes[0].wheel_speed());
     let conditions = Conditions { wheel: Wheel::starting_at(Tick(0), Phase(0), rate), ..Conditions::default() };

@@ -60,7 +60,7 @@ fn saved_pot_is_gone_on_with() {
 fn pot_that_cannot_be_opened_is_one_sentence() {
     let folder = folder("unopened");
     let (none, damaged) = (folder.join("none.pot"), folder.join("damaged.pot"));
-    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot");
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/pots/version-1.pot");
     let mut bytes = fs::read(&sample).unwrap();
     bytes[100] ^= 1;
     fs::write(&damaged, bytes).unwrap();
@@ -77,7 +77,7 @@ fn pot_that_cannot_be_opened_is_one_sentence() {
 
 /// The pot file that comes with the tests.
 fn sample() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/pots/version-1.pot")
 }
 
 fn names(folder: &Path) -> Vec<String> {

@@ -278,7 +278,7 @@ proptest! {
 
 /// The strokes that come with the studio, by name.
 fn shipped() -> Vec<(String, Stroke)> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/strokes");
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../data/strokes");
     let mut strokes: Vec<(String, Stroke)> = fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())

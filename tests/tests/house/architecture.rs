@@ -30,7 +30,7 @@ const EMPTY_NAMES: &[&str] = &["utils", "util", "helpers", "helper", "common", "
 const LINES_MAX: usize = 700;
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
 fn read(path: &Path) -> String {
@@ -387,11 +387,12 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 #[test]
 fn packages_depend_one_way() {
     for (folder, never) in [
-        ("shared", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests"][..]),
-        ("shared/files", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests"]),
-        ("server", &["pottery-client", "pottery-studio", "pottery-tests"]),
-        ("client", &["pottery-server", "pottery-studio", "pottery-tests"]),
-        ("client/studio", &["pottery-tests"]),
+        ("shared", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests", "pottery-suites"][..]),
+        ("shared/files", &["pottery-client", "pottery-server", "pottery-studio", "pottery-tests", "pottery-suites"]),
+        ("server", &["pottery-client", "pottery-studio", "pottery-tests", "pottery-suites"]),
+        ("client", &["pottery-server", "pottery-studio", "pottery-tests", "pottery-suites"]),
+        ("client/studio", &["pottery-tests", "pottery-suites"]),
+        ("tests", &["pottery-studio", "pottery-suites"]),
     ] {
         let found = dependencies(folder);
         assert!(!found.is_empty(), "{folder}/Cargo.toml has no dependencies");

@@ -20,7 +20,7 @@ const BENT: u64 = 150;
 
 /// The entries of a target, by name, and the empty one.
 fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
+    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(target);
     let mut entries: Vec<_> = fs::read_dir(&folder)
         .unwrap_or_else(|fault| panic!("{}: {fault}", folder.display()))
         .map(|entry| entry.unwrap().path())

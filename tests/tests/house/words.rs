@@ -15,7 +15,7 @@ use pottery_shared::protocol::Nickname;
 use pottery_shared::tool::{Shape, rack};
 
 fn studio() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/studio/src")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../client/studio/src")
 }
 
 /// The messages of a language, each with its variables.

@@ -216,7 +216,7 @@ async fn a_flood_from_one_address_is_cut_to_what_is_said_and_nobody_else_notices
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
     let server =
         Server::start(ServerConfig { listen, wheels: 2, input, operate: local, ..ServerConfig::default() }).unwrap();
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv");
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
     let own = quinn::Endpoint::client(([127, 0, 0, 2], 0).into()).unwrap();
     let target = Target::new(server.address().to_string(), server.code().clone(), 1);

@@ -36,7 +36,7 @@ fn teachers(server: &Server) -> Target {
 }
 
 async fn join(target: &Target) -> Result<(quinn::Endpoint, Potter), JoinError> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv");
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
     let own = endpoint().unwrap();
     let potter = Potter::join(&own, target, device, PotterOptions::default()).await?;

@@ -416,7 +416,7 @@ fn wheels_that_many_hands_do_are_told_as_those_that_one_does() {
 
 #[test]
 fn every_scenario_is_one() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/load");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/load");
     let mut seen = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -472,7 +472,7 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
     for word in ["Examples:", "Exit codes:", "invalid", "knee", "soak", "schedule_lag_ms"] {
         assert!(help.contains(word), "--help does not say {word}");
     }
-    for scenario in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/load")).unwrap() {
+    for scenario in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/load")).unwrap() {
         let name = scenario.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
         assert!(help.contains(&name), "--help does not name the scenario {name}");
     }

@@ -42,7 +42,7 @@ fn target(server: &Server, wheel: u16) -> Target {
 
 /// A stroke of the folder, three times as fast and from its first touch on, so that it presses at once.
 fn stroke(name: &str) -> Arc<Stroke> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes").join(name).with_extension("csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes").join(name).with_extension("csv");
     let text = std::fs::read_to_string(path).unwrap();
     let is_row = |line: &&str| line.starts_with(|first: char| first.is_ascii_digit());
     let mut fast: Vec<_> = text.lines().filter(|line| !is_row(line)).map(str::to_owned).collect();

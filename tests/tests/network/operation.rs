@@ -33,7 +33,7 @@ fn target(server: &Server, wheel: u16) -> Target {
 
 /// Presses at a wheel for a while and leaves with everything confirmed.
 async fn press(target: &Target, seconds: f32) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv");
     let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
     let own = endpoint().unwrap();
     let potter = Potter::join(&own, target, device, PotterOptions::default()).await.unwrap();
@@ -554,7 +554,7 @@ fn a_log_for_programs_is_an_object_a_line() {
 
 /// A file of the folder that says how the server is run for others.
 fn deployed(name: &str) -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy").join(name)).unwrap()
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy").join(name)).unwrap()
 }
 
 #[test]
@@ -589,14 +589,14 @@ fn what_is_deployed_uses_flags_and_settings_that_exist() {
     }
     // the toolchain of the image is the project's
     let toolchain: toml::Table =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../rust-toolchain.toml"))
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rust-toolchain.toml"))
             .unwrap()
             .parse()
             .unwrap();
     let channel = toolchain["toolchain"]["channel"].as_str().unwrap();
     assert!(image.contains(&format!("rust:{channel}-alpine")), "the image is built with Rust {channel}");
     // what the system says of the unit, where it can be asked
-    let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy/pottery-server.service");
+    let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/pottery-server.service");
     if let Ok(checked) = Command::new("systemd-analyze").arg("verify").arg(unit).output() {
         let trouble = String::from_utf8_lossy(&checked.stderr).into_owned();
         // a program that is not installed here is no fault of the unit's

@@ -57,7 +57,7 @@ impl Class {
             wheel_speed: Rpm(60.0),
             clay: Material::default(),
         });
-        let stroke = Stroke::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv")).unwrap();
+        let stroke = Stroke::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv")).unwrap();
         let mut class = Self {
             room: room.unwrap(),
             people: BTreeMap::new(),

@@ -9,6 +9,7 @@ use glam::Vec3;
 use pottery_shared::haptics::{DeviceSpecs, Guidance, GuidanceMode, Haptics, Setup, Stages, Touch};
 use pottery_shared::tool::Position;
 use pottery_shared::units::{Seconds, Tick};
+use pottery_tests::programs::program;
 use pottery_tests::stability::WAYS;
 
 const DT: Seconds = Seconds(1e-3);
@@ -209,7 +210,7 @@ fn who_leads_feels_the_damper_that_pays_for_it() {
 #[test]
 fn program_prints_and_writes_every_way_of_guiding_in_every_hand() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("guidance-program");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_accuracy-chart"));
+    let mut command = Command::new(program("accuracy-chart"));
     let output = command.arg("guidance").arg("--out").arg(&folder).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let table = std::fs::read_to_string(folder.join("guidance.csv")).unwrap();

@@ -29,7 +29,7 @@ use serde_json::{Value, json};
 mod chains;
 
 fn shared(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared").join(name)
 }
 
 fn hex(bytes: &[u8]) -> String {

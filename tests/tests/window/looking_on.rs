@@ -103,7 +103,7 @@ fn a_class_is_seen_at_a_glance_and_the_wheel_that_is_clicked_on_closely() {
     let studio = look(&display, &target, &["gallery"]);
     until(&display, "four pots", |pixels| PARTS.iter().all(|part| clay(pixels, *part) > 3000));
 
-    let strokes = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/strokes/waist.csv");
+    let strokes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv");
     let stroke = Arc::new(Stroke::read(&strokes).unwrap());
     let potter = runtime.block_on(async {
         let device = Box::new(ScriptedDevice::new(stroke));

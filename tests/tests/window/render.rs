@@ -86,7 +86,7 @@ fn every_shader_module_is_valid_wgsl() {
 
 #[test]
 fn every_shader_file_of_the_client_belongs_to_a_module() {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../client/src")];
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../client/src")];
     let mut files = 0;
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap() {

@@ -3,7 +3,7 @@
 //! A real window on a virtual display, driven by mouse and keys, and drawn in software: a graphics card's rounding is not the
 //! reference's. The wheel stands still and the clay is fired, which does not dry; nothing is looked at before the window has come to rest,
 //! when it has every pixel on any machine, and no time is measured.
-//! After a change that is meant to be seen, `POTTERY_WRITE_PICTURES=1 cargo test -p pottery-tests --test window screenshots` writes them
+//! After a change that is meant to be seen, `POTTERY_WRITE_PICTURES=1 cargo test -p pottery-suites --test window screenshots` writes them
 //! anew.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use pottery_client::pot_file::PotFile;
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
 use pottery_shared::units::Tick;
-use pottery_tests::display::{Desktop, Display, SIZE};
+use pottery_tests::display::{Desktop, Display, SIZE, differing, folded};
 use pottery_tests::programs::folder;
 
 /// How long the studio takes at most to do what it was asked for; reached only when something is wrong.
@@ -55,20 +55,6 @@ const FILE: Part = [0, 560, 290, 110];
 const DOUBLED_FIGURES: Part = [0, 640, 1000, 60];
 /// The other one's name, which is drawn by lot.
 const NAME: Part = [700, 290, 220, 60];
-
-/// A picture with each colour's mean over squares of so many pixels, RGB.
-fn folded(pixels: &[u8], width: usize, by: usize) -> Vec<u8> {
-    let height = pixels.len() / 3 / width;
-    let mut picture = Vec::with_capacity(pixels.len() / by / by);
-    for (y, x) in (0..height / by).flat_map(|y| (0..width / by).map(move |x| (y, x))) {
-        for of in 0..3 {
-            let square = (0..by * by).map(|at| (y * by + at / by, x * by + at % by));
-            let sum: usize = square.map(|(y, x)| usize::from(pixels[(y * width + x) * 3 + of])).sum();
-            picture.push((sum / (by * by)) as u8);
-        }
-    }
-    picture
-}
 
 /// The window's pixels as they are kept.
 fn kept(pixels: &[u8]) -> Vec<u8> {
@@ -111,7 +97,7 @@ fn is_same((mean, far): (f64, f64), comes: Comes) -> bool {
 }
 
 fn reference(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pictures/window").join(name).with_extension("png")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/pictures/window").join(name).with_extension("png")
 }
 
 fn read(path: &Path) -> Vec<u8> {
@@ -151,9 +137,7 @@ fn at_rest(display: &Display, apart: Duration) -> Vec<u8> {
     loop {
         std::thread::sleep(apart);
         let now = display.pixels();
-        let above = FIGURES[1] * SIZE.0 * 3;
-        let differing = first[..above].iter().zip(&now[..above]).filter(|(first, now)| first != now).count();
-        same = if differing <= EDGES_MAX { same + 1 } else { 0 };
+        same = if differing(&first, &now, FIGURES[1]) <= EDGES_MAX { same + 1 } else { 0 };
         if same == 2 || Instant::now() > deadline {
             return kept(&now);
         }
@@ -166,11 +150,9 @@ fn at_rest(display: &Display, apart: Duration) -> Vec<u8> {
 /// Presses a key that moves the tool, and waits until the window has shown it, or long enough for a tool that is as far as it goes: several of
 /// them that a busy machine took in at once would be one quick press, which leaves a higher ridge.
 fn press_slowly(display: &Display, key: &str) {
-    let look = || display.pixels()[..FIGURES[1] * SIZE.0 * 3].to_vec();
-    let (before, deadline) = (look(), Instant::now() + Duration::from_secs(2));
+    let (before, deadline) = (display.pixels(), Instant::now() + Duration::from_secs(2));
     display.run("xdotool", &["key", key]);
-    let is_shown = |now: &[u8]| before.iter().zip(now).filter(|(before, now)| before != now).count() > EDGES_MAX;
-    while !is_shown(&look()) && Instant::now() < deadline {
+    while differing(&before, &display.pixels(), FIGURES[1]) <= EDGES_MAX && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(50));
     }
     std::thread::sleep(Duration::from_millis(400));

@@ -453,7 +453,7 @@ fn two_windows_share_a_pot_that_the_mouse_presses() {
 fn keys_in_the_window_save_and_export_the_pot() {
     let out = folder("window-files");
     let pot = out.join("mine.pot");
-    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/pots/version-1.pot"), &pot).unwrap();
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/pots/version-1.pot"), &pot).unwrap();
     let display = Display::new();
     let mut studio = display.studio(&["--listen", "127.0.0.1:0", "--open", pot.to_str().unwrap()]);
     let window = display.window(&[]);
