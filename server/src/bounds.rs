@@ -4,6 +4,7 @@
 //! Invariant: everything that a connection can make grow has its bound here, and [`CONNECTION_BYTES_MAX`] is their sum.
 
 use pottery_shared::protocol::CONTROL_MAX;
+use pottery_shared::room::SIGHTS_MAX;
 use pottery_shared::session::InputQueue;
 use pottery_shared::tool::ToolSample;
 
@@ -24,6 +25,10 @@ pub const CONTROL_BYTES: usize = 1024 * 1024;
 pub const KEYFRAME_BYTES: usize = 128 * 1024;
 /// A frame that is being read, and what has come behind it.
 const FRAME_READ: usize = 2 * (CONTROL_MAX + 4096);
+/// Samples that wait for their tick, of whoever works; a queue that grows is twice as long for a moment.
+const SAMPLES: usize = 2 * InputQueue::LENGTH_MAX * size_of::<(u32, ToolSample)>();
+/// What is said of the tiles of each sight that is shown otherwise than it should be, of whoever looks on.
+const SIGHTS: usize = SIGHTS_MAX * CONTROL_MAX;
 /// What QUIC, TLS and the tasks hold of a connection beside: 60 to 80 kB were counted.
 const CONNECTION: usize = 256 * 1024;
 
@@ -31,12 +36,13 @@ const CONNECTION: usize = 256 * 1024;
 /// waits outside. Each is gone after 25 s, unless it is let in.
 pub(crate) const STRANGERS: usize = 256;
 
-/// Most bytes that one connection can make the server hold: 2.4 MB.
+/// Most bytes that one connection can make the server hold: 3.5 MB.
 ///
 /// A wheel whose grid is so fine that its keyframe is longer than 128 kB makes that one keyframe more, at most
 /// [`pottery_shared::protocol::KEYFRAME_MAX`]. What is told to all, and what a wheel remembers of its clay, is held once and not for each connection.
 /// Whoever works is a hand at a wheel: for each of those that press at once beyond the second it sets aside 128 bytes an element, which are in memory as
-/// far as they are pressed with.
+/// far as they are pressed with. Of pots that a hand brings, one that is coming and one that waits for its turn are held beside, two bytes an element and
+/// skin each.
 pub const CONNECTION_BYTES_MAX: usize = STREAMS_RECEIVED
     + STREAMS_SENT
     + DATAGRAMS_RECEIVED
@@ -44,6 +50,6 @@ pub const CONNECTION_BYTES_MAX: usize = STREAMS_RECEIVED
     + CONTROL_BYTES
     + KEYFRAME_BYTES
     + FRAME_READ
-    // a queue that grows is twice as long for a moment
-    + 2 * InputQueue::LENGTH_MAX * size_of::<(u32, ToolSample)>()
+    // nobody works and looks on over one connection
+    + if SAMPLES > SIGHTS { SAMPLES } else { SIGHTS }
     + CONNECTION;

@@ -357,12 +357,15 @@ impl Ticking {
     }
 }
 
+/// When all settings that were asked for have come: whoever saw a change has seen it kept.
+const SETTLED: Tick = Tick(u64::MAX);
+
 /// What tells whether a wheel's file is still true.
 pub(crate) fn mark(room: &Room, wheel: usize) -> Option<Mark> {
-    Some((room.digest(wheel)?, room.conditions(wheel)?.material.at(room.now())))
+    Some((room.digest(wheel)?, room.conditions(wheel)?.material.at(SETTLED)))
 }
 
 /// The pot of a wheel as it is kept.
 fn pot_file(room: &Room, wheel: usize) -> Option<PotFile> {
-    Some(PotFile::of(room.pot(wheel)?, room.conditions(wheel)?, room.now()))
+    Some(PotFile::of(room.pot(wheel)?, room.conditions(wheel)?, SETTLED))
 }

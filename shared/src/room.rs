@@ -33,6 +33,7 @@ use crate::snapshot::{PotRecord, SnapshotClock};
 use crate::units::{Rpm, Tick};
 use arriving::Waiting;
 use audience::Audience;
+pub use audience::SIGHTS_MAX;
 use bench::Bench;
 pub use crew::{Alone, Crew};
 use crew::{Desk, together};

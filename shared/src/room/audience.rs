@@ -21,7 +21,7 @@ use crate::units::Tick;
 /// What a mended sight costs in plain requests: it is encoded for one alone.
 const MEND_COST: i64 = 4;
 /// Most sights of one who watches.
-const SIGHTS_MAX: usize = 64;
+pub const SIGHTS_MAX: usize = 64;
 /// Ticks after which a sight says that nothing has happened, and its digest.
 const BEAT_TICKS: i64 = 1000;
 /// Bytes that UDP, IP and QUIC put round a message.
