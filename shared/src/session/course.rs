@@ -67,7 +67,7 @@ enum Fit {
     Back,
     /// Overtaken on the way.
     Older,
-    /// Older than what is overtaken: it says nothing new, and three of them are a clock that was set back.
+    /// Older than what is overtaken on a line: it says nothing new, and where such words go on the clock was set back.
     Late,
     Ahead,
     Versions,
@@ -113,6 +113,8 @@ struct Doubt {
     stand: Stand,
     ahead: i64,
     times: u32,
+    /// The own tick of the first.
+    since: u64,
 }
 
 /// What is known of a server's time and snapshots.
@@ -134,6 +136,9 @@ impl Course {
     const DRIFT_TICKS: u64 = 1000;
     /// Words in a row, each of a later tick, that are believed against what was known.
     const TIMES: u32 = 3;
+    /// Ticks for which they go on where they are merely late: whoever stood still for a second, server or client, has as much to read of
+    /// what was overtaken by a keyframe, or by what a full buffer let through, and reads it in a few milliseconds.
+    const LATE_FOR: u64 = 1000;
     /// A room that has been open for thousands of years is none.
     const TICK_MAX: u64 = 1 << 48;
 
@@ -188,11 +193,15 @@ impl Course {
             }
             Fit::Older => Word::Sound,
             Fit::Late if !prompt => Word::Sound,
-            Fit::Late => self.doubt(word, ahead, local).unwrap_or(Word::Sound),
+            Fit::Late => {
+                // nothing is read that late of a connection that may be silent for less
+                let lasts = if tick.since(stand.tick) < -Lead::AWAY_MAX { 0 } else { Self::LATE_FOR };
+                self.doubt(word, ahead, local, lasts).unwrap_or(Word::Sound)
+            }
             Fit::Ahead | Fit::Versions => {
                 let faults = if fit == Fit::Ahead { &mut self.refused.ticks } else { &mut self.refused.versions };
                 *faults += 1;
-                let followed = if prompt { self.doubt(word, ahead, local) } else { None };
+                let followed = if prompt { self.doubt(word, ahead, local, 0) } else { None };
                 followed.unwrap_or(Word::Refused)
             }
         }
@@ -215,19 +224,21 @@ impl Course {
         }
     }
 
-    /// Takes in a word that speaks against what is known; what to make of it when it is the third.
-    fn doubt(&mut self, word: Stand, ahead: i64, local: u64) -> Option<Word> {
+    /// Takes in a word that speaks against what is known; what to make of it when it is the third, and they went on for so many ticks.
+    fn doubt(&mut self, word: Stand, ahead: i64, local: u64, lasts: u64) -> Option<Word> {
         let before = self.doubt.filter(|doubt| {
             let fit = doubt.stand.fit(&word);
             (ahead - doubt.ahead).abs() <= Self::QUICKER_MAX && matches!(fit, Fit::Newer | Fit::Older)
         });
         let doubt = match before {
             // pieces of one pulse are one word
-            Some(before) if word.tick > before.stand.tick => Doubt { stand: word, ahead, times: before.times + 1 },
+            Some(before) if word.tick > before.stand.tick => {
+                Doubt { stand: word, ahead, times: before.times + 1, ..before }
+            }
             Some(before) => before,
-            None => Doubt { stand: word, ahead, times: 1 },
+            None => Doubt { stand: word, ahead, times: 1, since: local },
         };
-        if doubt.times < Self::TIMES {
+        if doubt.times < Self::TIMES || local.saturating_sub(doubt.since) < lasts {
             self.doubt = Some(doubt);
             return None;
         }
@@ -300,17 +311,33 @@ mod tests {
         let mut course = heard(100);
         let words = (1..=4).map(|word| course.hear(Tick(9_700 + 17 * word), Version(100), 1_700 + 17 * word, true));
         assert_eq!(words.collect::<Vec<_>>(), [Word::Refused, Word::Refused, Word::Sound, Word::Sound]);
-        // a server that began anew, or is farther ahead than any silence explains
-        for (begins, meanwhile) in [(0, Word::Sound), (175_000 + 13_000, Word::Refused)] {
+        // a server that began anew a short time ago, where what was overtaken might have come first, or long ago, or that is farther ahead than any
+        // silence explains
+        let begins = [(170_000, Word::Sound, 60), (160_000, Word::Sound, 3), (175_000 + 13_000, Word::Refused, 3)];
+        for (begins, meanwhile, third) in begins {
             let mut course = heard(10_000);
-            let words = (1..=4_u32).map(|word| {
+            for word in 1..=third + 1 {
                 let passed = 17 * u64::from(word);
-                course.hear(Tick(begins + passed), Version(word), 170_000 + passed, true)
-            });
-            let expected = [meanwhile, meanwhile, Word::Leapt, Word::Sound];
-            assert_eq!(words.collect::<Vec<_>>(), expected, "{begins}");
-            assert_eq!(course.latest(), Version(4));
+                let expected =
+                    if word < third { meanwhile } else { [Word::Leapt, Word::Sound][(word - third) as usize] };
+                let heard = course.hear(Tick(begins + passed), Version(word), 170_000 + passed, true);
+                assert_eq!(heard, expected, "{begins}, {word}");
+            }
+            assert_eq!(course.latest(), Version(third + 1));
         }
+    }
+
+    #[test]
+    fn what_a_newer_word_has_overtaken_by_more_than_a_second_is_no_other_clock() {
+        let mut course = heard(100);
+        // whoever stood still reads everything at once, and the newest first
+        assert_eq!(course.hear(Tick(5_000 + 17 * 200), Version(200), 3_400, false), Word::Sound);
+        for word in 101..200 {
+            let local = 3_400 + 3 * (word - 100);
+            assert_eq!(course.hear(Tick(5_000 + 17 * word), Version(word as u32), local, true), Word::Sound, "{word}");
+        }
+        assert_eq!((honest(&mut course, 218), course.latest()), (Word::Sound, Version(218)));
+        assert_eq!(course.refused(), &Implausible::default());
     }
 
     #[test]
