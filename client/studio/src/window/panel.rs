@@ -192,6 +192,13 @@ pub(super) fn show(
     }
 }
 
+/// Lays out a part of the panel whose controls stay the same ones whatever comes and goes above it: a menu of it stays open, and a click that was begun is
+/// finished.
+fn part<R>(ui: &mut egui::Ui, name: impl egui::AsIdSalt, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
+    let id = ui.scope_id().with(name);
+    ui.scope_builder(egui::UiBuilder::new().scope_id(id), show).inner
+}
+
 fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&Invitation>, files: &mut Files) {
     if let Some(invitation) = invitation {
         invitation.show(ui, &state.words);
@@ -213,17 +220,17 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     show_force(ui, state);
     ui.separator();
     state.guidance.show(ui, &state.words, &state.class);
-    state.history.show(ui, &state.words);
+    part(ui, "history", |ui| state.history.show(ui, &state.words));
     ui.separator();
-    files.show(ui, &state.words);
+    part(ui, "files", |ui| files.show(ui, &state.words));
     ui.separator();
     state.class.show(ui, &state.words, &state.people, state.wetness, state.rpm);
     ui.separator();
     if let Some(looks_on) = &mut state.looks_on {
-        *looks_on |= ui.button(state.words.say("look-on")).clicked();
+        *looks_on |= part(ui, "look-on", |ui| ui.button(state.words.say("look-on")).clicked());
         ui.separator();
     }
-    liking::show(ui, state);
+    part(ui, "preferences", |ui| liking::show(ui, state));
 }
 
 fn show_force(ui: &mut egui::Ui, state: &mut PanelState) {
@@ -300,5 +307,43 @@ fn quality(round_trip_ms: f32) -> &'static str {
         ..60.0 => "quality-good",
         ..150.0 => "quality-fair",
         _ => "quality-slow",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, vec2};
+
+    use super::*;
+
+    /// Draws so many lines above a button that opens a menu: where the button is, and whether the menu is open.
+    fn draw(context: &egui::Context, lines: usize, events: Vec<Event>) -> (Rect, bool) {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(400.0, 400.0)));
+        let mut seen = (Rect::NOTHING, false);
+        let mut output = context.run_ui(RawInput { screen_rect, events, ..RawInput::default() }, |ui| {
+            for line in 0..lines {
+                ui.label(line.to_string());
+            }
+            let menu = part(ui, "menu", |ui| ui.menu_button("menu", |ui| ui.label("entry")));
+            seen = (menu.response.rect, menu.inner.is_some());
+        });
+        output.textures_delta.clear();
+        seen
+    }
+
+    #[test]
+    fn a_menu_stays_open_when_a_line_comes_above_it() {
+        let context = egui::Context::default();
+        let (button, is_open) = draw(&context, 1, Vec::new());
+        assert!(!is_open);
+        let (pos, modifiers, button) = (button.center(), Modifiers::default(), PointerButton::Primary);
+        draw(&context, 1, vec![Event::PointerMoved(pos)]);
+        for pressed in [true, false] {
+            draw(&context, 1, vec![Event::PointerButton { pos, button, pressed, modifiers }]);
+        }
+        for lines in [1, 2, 3, 0] {
+            let (_, is_open) = draw(&context, lines, Vec::new());
+            assert!(is_open, "with {lines} lines above it");
+        }
     }
 }

@@ -15,7 +15,7 @@ use pottery_shared::haptics::{Guidance as How, GuidanceMode};
 use pottery_shared::protocol::{GuidanceEnd, Nickname, NoGuidance, Role};
 use pottery_shared::snapshot::PotRecord;
 
-use super::{People, WIDTH, nickname, profiles};
+use super::{People, WIDTH, nickname, part, profiles};
 use crate::words::Words;
 
 /// How long a sentence stays.
@@ -216,7 +216,7 @@ impl Guidance {
             // folded as long as there is nobody to guide
             let is_alone = self.students.is_empty();
             let header = egui::CollapsingHeader::new(title).id_salt(("guidance", is_alone)).default_open(!is_alone);
-            header.show(ui, |ui| self.show_teacher(ui, words));
+            part(ui, "guidance", |ui| header.show(ui, |ui| self.show_teacher(ui, words)));
         } else {
             ui.label(title);
             if self.part == Part::Student {

@@ -15,7 +15,7 @@ use pottery_shared::protocol::{
 use pottery_shared::session::ClassView;
 use pottery_shared::units::Tick;
 
-use super::{Person, colour_of, profiles};
+use super::{Person, colour_of, part, profiles};
 use crate::words::Words;
 
 /// How long a sentence stays.
@@ -110,17 +110,18 @@ impl People {
             let touching = seen.is_some_and(|seen| seen.touching) || person.touching;
             let said = if touching { words.say_with("person-touching", &[("name", &said)]) } else { said };
             let colour = colour_of(crate::window::app::colour(person.client));
-            ui.horizontal(|ui| {
-                ui.colored_label(colour, said);
-                if is_teacher && let Some(class) = &class {
-                    self.show_person(ui, words, person, class);
-                }
+            part(ui, ("person", person.client), |ui| {
+                ui.horizontal(|ui| {
+                    ui.colored_label(colour, said);
+                    if is_teacher && let Some(class) = &class {
+                        self.show_person(ui, words, person, class);
+                    }
+                });
             });
         }
         if is_teacher && let Some(class) = class {
-            egui::CollapsingHeader::new(words.say("class-lesson")).id_salt("class").show(ui, |ui| {
-                self.show_class(ui, words, &class, (wetness, rpm));
-            });
+            let header = egui::CollapsingHeader::new(words.say("class-lesson")).id_salt("class");
+            part(ui, "class", |ui| header.show(ui, |ui| self.show_class(ui, words, &class, (wetness, rpm))));
         }
         if let Some((_, reason)) = self.said {
             ui.label(RichText::new(refused(words, reason)).small());
