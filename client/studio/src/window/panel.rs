@@ -192,8 +192,7 @@ pub(super) fn show(
     }
 }
 
-/// Lays out a part of the panel whose controls stay the same ones whatever comes and goes above it: a menu of it stays open, and a click that was begun is
-/// finished.
+/// Lays out a part of the panel whose controls stay the same ones whatever comes and goes above it, so that a menu of it stays open.
 fn part<R>(ui: &mut egui::Ui, name: impl egui::AsIdSalt, show: impl FnOnce(&mut egui::Ui) -> R) -> R {
     let id = ui.scope_id().with(name);
     ui.scope_builder(egui::UiBuilder::new().scope_id(id), show).inner
