@@ -35,6 +35,7 @@ mod substep;
 mod surface;
 mod target;
 mod unbent;
+mod uptake;
 mod wall;
 mod wheel;
 mod window;

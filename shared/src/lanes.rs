@@ -92,6 +92,12 @@ pub(crate) fn only<S: Simd>(there: mask32x8<S>, lanes: f32x8<S>) -> f32x8<S> {
     f32x8::from_bits(lanes.to_bits() & there)
 }
 
+/// `lanes` where they are numbers, zero elsewhere: what is not a number is equal to nothing.
+#[inline(always)]
+pub(crate) fn numbers<S: Simd>(lanes: f32x8<S>) -> f32x8<S> {
+    only(lanes.simd_eq(lanes), lanes)
+}
+
 /// Which lanes are greater than zero.
 #[inline(always)]
 pub(crate) fn positive<S: Simd>(lanes: f32x8<S>) -> mask32x8<S> {

@@ -28,7 +28,7 @@ const CASES: [([u32; 2], f32, f32); 6] = [
 
 fn main() {
     println!(
-        "Times in µs, ns_touched in ns: of a step with the vectors of this machine, with the narrowest, and of a snapshot."
+        "Times in µs, ns_touched in ns: of a step with the vectors of this machine, with the narrowest, of what a tool feels that moves nothing, and of a snapshot."
     );
     println!(
         "p50, p99 and p99.9 are of all steps of {RUNS} runs. own_p99.9 takes of each step the median of the runs, which leaves out what"
@@ -37,7 +37,7 @@ fn main() {
         "interrupted one of them; loop_p99.9 is a loop as long as p50 that only counts, and so nothing but interruptions."
     );
     println!(
-        "method   grid      tool_mm depth_mm elements touched    p50    p99  p99.9 own_p99.9 loop_p99.9  ns_touched  narrow_p50 publish_p50 bytes_p50"
+        "method   grid      tool_mm depth_mm elements touched    p50    p99  p99.9 own_p99.9 loop_p99.9  ns_touched  narrow_p50 feel_p50 publish_p50 bytes_p50"
     );
     for method in [MethodKind::Original, MethodKind::Improved, MethodKind::Plastic] {
         for case in CASES {
@@ -53,10 +53,10 @@ fn run(method: MethodKind, case: ([u32; 2], f32, f32)) {
     let own_us = sorted((0..STEPS).map(|step| quantile(&sorted(runs.iter().map(|run| run.steps_us[step])), 0.5)));
     let narrow_us = sorted(steps(method, case, Vectors::baseline()).steps_us.into_iter());
     let loop_us = counting(quantile(&all_us, 0.5));
-    let Measured { publishes_us, bytes, elements, touched, .. } = &runs[0];
+    let Measured { feels_us, publishes_us, bytes, elements, touched, .. } = &runs[0];
     let step_us = quantile(&all_us, 0.5);
     println!(
-        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {touched:>7} {step_us:>6.1} {:>6.1} {:>6.1} {:>9.1} {:>10.1} {:>11.2} {:>11.1} {:>11.0} {:>9.0}",
+        "{:<8} {:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {touched:>7} {step_us:>6.1} {:>6.1} {:>6.1} {:>9.1} {:>10.1} {:>11.2} {:>11.1} {:>8.1} {:>11.0} {:>9.0}",
         format!("{method:?}"),
         format!("{columns}x{rows}"),
         quantile(&all_us, 0.99),
@@ -65,6 +65,7 @@ fn run(method: MethodKind, case: ([u32; 2], f32, f32)) {
         quantile(&loop_us, 0.999),
         step_us * 1e3 / f64::from(*touched),
         quantile(&narrow_us, 0.5),
+        quantile(feels_us, 0.5),
         quantile(publishes_us, 0.5),
         quantile(bytes, 0.5),
     );
@@ -94,6 +95,7 @@ fn sorted(figures: impl Iterator<Item = f64>) -> Vec<f64> {
 /// What was measured: the steps in their order, the rest sorted.
 struct Measured {
     steps_us: Vec<f64>,
+    feels_us: Vec<f64>,
     publishes_us: Vec<f64>,
     bytes: Vec<f64>,
     elements: u32,
@@ -115,7 +117,8 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
     // the tool goes round the pot as on a wheel that turns the other way
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(-60.0)));
     let response = Material::default().response(Seconds(1e-3));
-    let (mut steps_us, mut publishes_us, mut bytes, mut elements) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    let [mut steps_us, mut feels_us, mut publishes_us, mut bytes] = [const { Vec::new() }; 4];
+    let mut elements = 0;
     let mut written = 0;
     for step in 0..STEPS {
         let turn = step as f32 * 1e-3 * std::f32::consts::TAU;
@@ -131,6 +134,9 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
         steps_us.push(begin.elapsed().as_secs_f64() * 1e6);
         elements = black_box(contacts[0].elements);
         if step % 17 == 0 {
+            let begin = Instant::now();
+            black_box(substep.feel(&pot, &press, method));
+            feels_us.push(begin.elapsed().as_secs_f64() * 1e6);
             let tick = Tick(step as u64);
             let now = Moment { tick, phase: wheel.phase(tick) };
             let begin = Instant::now();
@@ -139,8 +145,8 @@ fn steps(method: MethodKind, ([columns, rows], tool_mm, depth_mm): ([u32; 2], f3
             bytes.push(delta.map_or(0.0, |delta| delta.bytes.len() as f64));
         }
     }
-    for measured in [&mut publishes_us, &mut bytes] {
+    for measured in [&mut feels_us, &mut publishes_us, &mut bytes] {
         measured.sort_by(f64::total_cmp);
     }
-    Measured { steps_us, publishes_us, bytes, elements, touched: written }
+    Measured { steps_us, feels_us, publishes_us, bytes, elements, touched: written }
 }

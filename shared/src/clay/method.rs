@@ -103,6 +103,19 @@ pub trait Method {
     /// The footprint is empty afterwards when nothing is touched.
     fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact;
 
+    /// The same press when it is the only one and the pot has one skin, whose clay goes at once to where the footprint would have
+    /// taken it; of the footprint only the window counts afterwards.
+    fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        let contact = self.press(pot, press, footprint);
+        pot.surfaces_mut()[0].displace(footprint);
+        contact
+    }
+
+    /// What a press meets, when nobody asks what it would displace; the footprint means nothing afterwards.
+    fn feel(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        self.press(pot, press, footprint)
+    }
+
     /// Lets the presses of one sub-step, each with a footprint of its own, find how far they bend a wall together, before they are
     /// evaluated one by one. A method whose presses know nothing of each other has nothing to do.
     fn brace(&self, _pot: &Pot, _presses: &[Part], _footprints: &mut [Footprint]) {}
@@ -188,6 +201,14 @@ impl MethodKind {
 impl Method for MethodKind {
     fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         self.method().press(pot, press, footprint)
+    }
+
+    fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        self.method().displace(pot, press, footprint)
+    }
+
+    fn feel(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        self.method().feel(pot, press, footprint)
     }
 
     fn brace(&self, pot: &Pot, presses: &[Part], footprints: &mut [Footprint]) {

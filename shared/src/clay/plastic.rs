@@ -9,13 +9,14 @@ use super::bending::POISSON;
 use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::folds::Fold;
-use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
+use super::lanes::{LANES, Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::looks::find;
 use super::rim::{Rim, RimShape};
 use super::series::GivenWay;
+use super::uptake::{Moved, Noted, Uptake};
 use super::window::{Push, Scratch};
-use super::{Contact, Footprint, Method, Part, Pot, Press, Sink, Strength, Support, Surface, Window};
+use super::{Contact, Footprint, GridShape, Method, Part, Pot, Press, Sink, Strength, Support, Surface, Window};
 use crate::tool::Side;
 
 /// Penetration from which on an element counts wholly for the shape of a contact, m: less for less, so that none counts or not
@@ -74,10 +75,43 @@ pub struct PlasticCsem {
 impl Method for PlasticCsem {
     fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         let mut scratch = core::mem::take(&mut footprint.scratch);
-        let vectors = scratch.vectors;
-        let contact = with_vectors!(vectors, simd => self.press_with(simd, pot, press, footprint, &mut scratch));
+        footprint.reset(Window::default());
+        let contact = with_vectors!(scratch.vectors, simd => {
+            let answer = self.answer(simd, pot, press, &mut scratch);
+            if let Some(rim) = &answer.rim {
+                let surface = pot.met_from(press.side);
+                lay(simd, rim, (surface.shape(), Step::of(surface)), &mut scratch, Noted::in_footprint(footprint));
+            }
+            answer.contact_of(footprint)
+        });
         footprint.scratch = scratch;
         contact
+    }
+
+    fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        if !(pot.spec().shape.rows() as usize).is_multiple_of(LANES) {
+            let contact = self.press(pot, press, footprint);
+            pot.surfaces_mut()[0].displace(footprint);
+            return contact;
+        }
+        let mut scratch = core::mem::take(&mut footprint.scratch);
+        footprint.reset(Window::default());
+        let contact = with_vectors!(scratch.vectors, simd => {
+            let answer = self.answer(simd, pot, press, &mut scratch);
+            if let Some(rim) = &answer.rim {
+                let surface = &mut pot.surfaces_mut()[0];
+                let on = (surface.shape(), Step::of(surface));
+                footprint.lay(lay(simd, rim, on, &mut scratch, Moved::on(simd, surface)));
+            }
+            answer.contact_of(footprint)
+        });
+        footprint.scratch = scratch;
+        contact
+    }
+
+    fn feel(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
+        let scratch = &mut footprint.scratch;
+        with_vectors!(scratch.vectors, simd => self.answer(simd, pot, press, scratch)).contact
     }
 
     fn brace(&self, pot: &Pot, presses: &[Part], footprints: &mut [Footprint]) {
@@ -95,19 +129,12 @@ impl Method for PlasticCsem {
 }
 
 impl PlasticCsem {
+    /// What a press meets and what of the clay is to move; the contacts and what yields of them are in the scratch afterwards.
     #[inline(always)]
-    fn press_with<S: Simd>(
-        &self,
-        simd: S,
-        pot: &Pot,
-        press: &Press,
-        footprint: &mut Footprint,
-        scratch: &mut Scratch,
-    ) -> Contact {
+    fn answer<S: Simd>(&self, simd: S, pot: &Pot, press: &Press, scratch: &mut Scratch) -> Answer {
         let surface = pot.met_from(press.side);
         let step = Step::of(surface);
         let at = At { surface, press, step };
-        footprint.reset(Window::default());
         let braced = match (scratch.braced.take(), pot.bending()) {
             (None, Some(bending)) => self.bend(simd, pot, press, bending, scratch),
             (braced, _) => braced,
@@ -115,19 +142,19 @@ impl PlasticCsem {
         let way = match braced {
             // as it was looked at last
             Some(braced) => braced.way(),
-            None if pot.bending().is_some() => return Contact::default(),
+            None if pot.bending().is_some() => return Answer::default(),
             None => {
                 find(simd, pot, press, 0.0, &mut scratch.contacts, scratch.cutter.as_deref_mut());
                 GivenWay::default()
             }
         };
         if scratch.contacts.elements == 0 {
-            return Contact::default();
+            return Answer::default();
         }
         let contacts = &scratch.contacts;
         let met = self.meet(simd, &at, contacts, &way);
         let Some(Met { spot, pressure_pa, strain, slope, around, rim_width }) = met else {
-            return Contact::default();
+            return Answer::default();
         };
         let Spot { ellipse, slide, open, .. } = spot;
         let carried = apart(
@@ -135,24 +162,17 @@ impl PlasticCsem {
             #[inline(always)]
             || yields(simd, press, &spot, contacts, &mut scratch.pushes),
         );
-        if let Some(dent) = carried.dent.ellipse(6.0, &step) {
+        let rim = carried.dent.ellipse(6.0, &step).map(|dent| {
             let ahead = (1.0 - slide.share) * ahead(&dent, &ellipse, slope, press.response);
             let dent = dent.within(&ellipse);
             let volume_m3 = -self.law.rim_share(strain, slide.share, open) * self.law.left_of_rim(ahead) * dent.content;
             let shape = RimShape::new(slide, outwards(press.side) * around, rim_width);
-            let rim = Rim { dent: &dent, volume_m3, shape, tool_z_m: press.centre_m.z };
-            apart(
-                simd,
-                #[inline(always)]
-                || rim.lay(simd, surface, contacts, &scratch.pushes, &mut scratch.rim, footprint),
-            );
-        }
-        footprint.follows = if way.folds_away { self.law.follows(way.folds) } else { 0.0 };
-        footprint.fold = Fold::of(press, way.folds_by_m);
+            Rim { dent, volume_m3, shape, tool_z_m: press.centre_m.z }
+        });
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         let newtons = pressure_pa * step.element_rad_m;
         let level = libm::hypotf(carried.normals.x, carried.normals.y);
-        Contact {
+        let contact = Contact {
             force_n: normals * newtons,
             held_n: (carried.all - level).max(0.0) * newtons,
             elements: contacts.elements,
@@ -171,6 +191,12 @@ impl PlasticCsem {
                 softer: way.softer,
                 hinge_m: outwards(press.side) * way.hinge_m,
             }),
+        };
+        Answer {
+            contact,
+            rim,
+            follows: if way.folds_away { self.law.follows(way.folds) } else { 0.0 },
+            fold: Fold::of(press, way.folds_by_m),
         }
     }
 
@@ -226,6 +252,37 @@ impl PlasticCsem {
             spot,
         }
     }
+}
+
+/// What clay answers to a press.
+#[derive(Default)]
+struct Answer {
+    contact: Contact,
+    /// What rises about what yields, which is among the pushes of the scratch.
+    rim: Option<Rim>,
+    /// See [`Footprint::follows`].
+    follows: f32,
+    /// See [`Footprint::fold`].
+    fold: Option<Fold>,
+}
+
+impl Answer {
+    /// Gives a footprint how a wall goes along; the contact.
+    fn contact_of(self, footprint: &mut Footprint) -> Contact {
+        (footprint.follows, footprint.fold) = (self.follows, self.fold);
+        self.contact
+    }
+}
+
+/// Lays a rim and what yields within it.
+#[inline(always)]
+fn lay<S: Simd>(simd: S, rim: &Rim, on: (GridShape, Step), scratch: &mut Scratch, uptake: impl Uptake<S>) -> Window {
+    let Scratch { contacts, pushes, rim: room, .. } = scratch;
+    apart(
+        simd,
+        #[inline(always)]
+        || rim.lay(simd, on, contacts, pushes, room, uptake),
+    )
 }
 
 /// What stands behind a contact.

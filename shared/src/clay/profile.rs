@@ -198,7 +198,7 @@ impl Profile {
         if let Some(dent) = dent.map(|dent| dent.within(&ellipse)) {
             let rising = law.law.rim_share(*strain, share, spot.open);
             let shape = RimShape::new(slide, *around, *rim_width);
-            let rim = Rim { dent: &dent, volume_m3: rising * dent.content, shape, tool_z_m: pass.z_m };
+            let rim = Rim { dent, volume_m3: rising * dent.content, shape, tool_z_m: pass.z_m };
             self.rise(simd, pass, spot, &rim, rows);
         } else {
             let [before, behind] = &mut self.inside_m;
@@ -333,7 +333,7 @@ impl Profile {
     ///
     /// A turn of an element under a rim of volume V a turn raises it by `V/(π·a·b·I)·∫κ ds/(2π·r)`.
     #[inline(always)]
-    fn rise<S: Simd>(&mut self, simd: S, pass: &Pass, spot: &Spot, rim: &Rim<'_>, rows: Rows) {
+    fn rise<S: Simd>(&mut self, simd: S, pass: &Pass, spot: &Spot, rim: &Rim, rows: Rows) {
         let zero = splat(simd, 0.0);
         let Rim { dent, volume_m3, shape, .. } = rim;
         let scale = volume_m3 / (PI * dent.half_height_m * shape.area());

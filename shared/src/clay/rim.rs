@@ -14,8 +14,9 @@ use super::lanes::{
     Eight, LANES, Select, Simd, SimdBase, SimdCvtTruncate, SimdFloat, counted, f32x8, i32x8, positive, root, splat,
 };
 use super::plastic::Slide;
+use super::uptake::{Taker, Uptake};
 use super::window::Push;
-use super::{Footprint, GridShape, Surface, Window};
+use super::{GridShape, Window};
 
 /// A rim about an ellipse.
 ///
@@ -25,8 +26,8 @@ use super::{Footprint, GridShape, Surface, Window};
 /// the direction of sliding over the half axis times the share of sliding, since clay rises before the tool and not in its groove;
 /// α tells by how much more it rises to the sides where the pot curves away from the tool. What is cut off at 0 raises 2 % of the
 /// rim of a sliding tool, 7 % where it goes along the pot with α = ¼.
-pub(super) struct Rim<'a> {
-    pub(super) dent: &'a Ellipse,
+pub(super) struct Rim {
+    pub(super) dent: Ellipse,
     /// Volume that rises, m³; negative where the rim of an inner dent grows towards the axis.
     pub(super) volume_m3: f32,
     pub(super) shape: RimShape,
@@ -66,30 +67,29 @@ impl RimShape {
     }
 }
 
-impl Rim<'_> {
+impl Rim {
     /// Where the rim begins, in q²: it rises from here to q² = 1, so that no element is raised or not by a hair.
     pub(super) const BEGIN: f32 = 0.75;
 
-    /// Lays the footprint over rim and contact, fills it with the rim, and presses into it what yields, chunk by chunk of the
-    /// contact.
+    /// Begins a target over rim and contact, and lays into it the rim and what yields, chunk by chunk of the contact; the window.
     #[inline(always)]
     pub(super) fn lay<S: Simd>(
         &self,
         simd: S,
-        surface: &Surface,
+        (grid, step): (GridShape, Step),
         contacts: &Contacts,
         pushes: &[Push],
         RimScratch { rows, bands }: &mut RimScratch,
-        footprint: &mut Footprint,
-    ) {
-        let (step, dent, end) = (Step::of(surface), self.dent, self.shape.end);
+        mut uptake: impl Uptake<S>,
+    ) -> Window {
+        let (dent, end) = (&self.dent, self.shape.end);
         let centre_rad = contacts.angle_rad + dent.arc_m / dent.radius_m;
         let centre_z = self.tool_z_m + dent.above_m;
         let middle = libm::roundf(centre_rad / step.column_rad);
-        let window = self.window(surface, contacts, middle as i64, centre_z);
-        footprint.lay(window);
+        let window = self.window((grid, &step), contacts, middle as i64, centre_z);
+        uptake.begin(window);
         let crest_m = self.volume_m3 / (PI * dent.half_arc_m * dent.half_height_m * self.shape.area());
-        self.fill_rows(simd, surface, window, centre_z, rows);
+        self.fill_rows(simd, step.row_m, window, centre_z, rows);
         let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
         bands.clear();
@@ -100,7 +100,7 @@ impl Rim<'_> {
         let (zero, one, chunks) = (splat(simd, 0.0), i32x8::splat(simd, 1), i32x8::splat(simd, rows.len() as i32));
         let lattice = ChunkRows::new(window, step.row_m);
         for local in (0..window.columns).step_by(LANES) {
-            let away_rad = if window.columns == surface.shape().columns() {
+            let away_rad = if window.columns == grid.columns() {
                 let turned = |lane: usize| nearest_turn((local as usize + lane) as f32 * step.column_rad - centre_rad);
                 f32x8::load_array(simd, core::array::from_fn(turned))
             } else {
@@ -129,44 +129,41 @@ impl Rim<'_> {
         let mut found = 0;
         for (number, column) in columns.iter().enumerate() {
             let chunks = chunks_of(column);
-            if let Some(local) = window.local_column(surface.shape(), column.column) {
+            if let Some(local) = window.local_column(grid, column.column) {
                 bands[local as usize].press(number, &chunks, found);
             }
             found += chunks.len();
         }
         for (local, band) in bands.iter().enumerate() {
             let all = band.all();
-            let column = footprint.narrow(local, all.clone());
-            kernel.raise(simd, &self.shape, rows, band, column);
-            // a column that is looked at along several rays yields along all of them, and rises where none presses
-            let mut parts = columns[band.columns.clone()].iter().scan(band.pushes, |at, part| {
-                let chunks = chunks_of(part);
-                let pushes = &pushes[*at..*at + chunks.len()];
-                *at += chunks.len();
-                Some((chunks.start as usize - all.start, pushes))
-            });
-            let Some((start, first)) = parts.next() else { continue };
-            for (start, others) in parts.clone() {
-                for (lanes, push) in column[start..].iter_mut().zip(others) {
-                    *lanes = (f32x8::load_array_ref(simd, lanes) * push.rising.on(simd)).to_array();
-                }
-            }
-            for (lanes, push) in column[start..].iter_mut().zip(first) {
-                *lanes = (f32x8::load_array_ref(simd, lanes) * push.rising.on(simd) + push.delta_m.on(simd)).to_array();
-            }
-            for (start, others) in parts {
-                for (lanes, push) in column[start..].iter_mut().zip(others) {
-                    *lanes = (f32x8::load_array_ref(simd, lanes) + push.delta_m.on(simd)).to_array();
-                }
+            let rise = kernel.column(simd, &self.shape, band.arc);
+            let rows = &rows[all.clone()];
+            let (lanes, taker) = uptake.column(local, all.clone());
+            let parts = || {
+                columns[band.columns.clone()].iter().scan(band.pushes, |at, part| {
+                    let chunks = chunks_of(part);
+                    let pushes = &pushes[*at..*at + chunks.len()];
+                    *at += chunks.len();
+                    Some((chunks.start as usize - all.start, pushes))
+                })
+            };
+            let first = parts().next().unwrap_or_default();
+            if band.columns.len() > 1 {
+                rise.lay_parts(simd, rows, parts, lanes, taker);
+            } else if rise.begins {
+                rise.lay::<_, true>(simd, rows, first, lanes, taker);
+            } else {
+                rise.lay::<_, false>(simd, rows, first, lanes, taker);
             }
         }
+        window
     }
 
     /// Where the rows of a window stand in the rim.
     #[inline(always)]
-    fn fill_rows<S: Simd>(&self, simd: S, surface: &Surface, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
+    fn fill_rows<S: Simd>(&self, simd: S, row_m: f32, window: Window, centre_z: f32, rows: &mut Vec<RimRow>) {
         let half_m = self.dent.half_height_m;
-        let (per_row, first) = (surface.row_height_m() / half_m, centre_z / half_m);
+        let (per_row, first) = (row_m / half_m, centre_z / half_m);
         let (_, slope) = self.shape.line();
         rows.clear();
         for row in (window.first_row..window.end_row()).step_by(LANES) {
@@ -177,8 +174,8 @@ impl Rim<'_> {
     }
 
     /// Every element within the rim's outer end or in the contact.
-    fn window(&self, surface: &Surface, contacts: &Contacts, middle: i64, centre_z: f32) -> Window {
-        let (step, dent) = (Step::of(surface), self.dent);
+    fn window(&self, (grid, step): (GridShape, &Step), contacts: &Contacts, middle: i64, centre_z: f32) -> Window {
+        let dent = &self.dent;
         let end = root(self.shape.end);
         let reach_m = end * dent.half_height_m;
         let row = |z_m: f32| libm::floorf(z_m / step.row_m) as i64;
@@ -193,8 +190,7 @@ impl Rim<'_> {
         }
         // the middle stands within half a column of its own
         let half_columns = (reach_rad / step.column_rad + 0.501) as u32;
-        Window::around(surface.shape(), middle, half_columns, first_row, last_row)
-            .aligned(surface.shape().rows(), LANES as u32)
+        Window::around(grid, middle, half_columns, first_row, last_row).aligned(grid.rows(), LANES as u32)
     }
 }
 
@@ -284,47 +280,105 @@ impl Kernel {
         Self { start, slope, blunt_m: (1.0 - shape.slides) * crest_m, sharp_m: shape.slides * crest_m }
     }
 
-    /// Writes all chunks of a column's band.
+    /// The same in a column that stands so many half axes aside of the middle.
     #[inline(always)]
-    fn raise<S: Simd>(&self, simd: S, shape: &RimShape, rows: &[RimRow], band: &Band, column: &mut [[f32; LANES]]) {
-        let arc = band.arc;
+    fn column<S: Simd>(&self, simd: S, shape: &RimShape, arc: f32) -> Rise<S> {
         let arc2 = arc * arc;
-        let line = self.start - arc2 * self.slope;
-        let beside = 1.0 + shape.along * arc + shape.around * arc2;
-        let (from, to) = (band.raised.start as usize, band.raised.end as usize);
-        let skipped = from - band.all().start;
-        let (under, rest) = column.split_at_mut(skipped);
-        let (raised, above) = rest.split_at_mut(to - from);
-        under.fill([0.0; LANES]);
-        above.fill([0.0; LANES]);
-        let rows = raised.iter_mut().zip(&rows[from..to]);
-        if arc2 >= 1.0 {
-            for (lanes, row) in rows {
-                *lanes = self.raised(simd, row, self.line(simd, row, line), beside).to_array();
+        Rise {
+            line: self.start - arc2 * self.slope,
+            beside: 1.0 + shape.along * arc + shape.around * arc2,
+            blunt_m: self.blunt_m,
+            sharp_m: self.sharp_m,
+            begins: arc2 < 1.0,
+            at_begin: splat(simd, self.start - Rim::BEGIN * self.slope),
+            by_line: 1.0 / ((1.0 - Rim::BEGIN) * self.slope),
+        }
+    }
+}
+
+/// A rim in one column.
+struct Rise<S: Simd> {
+    /// The line of its [`Kernel`] at the height of the middle.
+    line: f32,
+    /// What stands aside adds to the rim's weight.
+    beside: f32,
+    blunt_m: f32,
+    sharp_m: f32,
+    /// Whether the rim begins in this column, where the line has fallen to `at_begin`.
+    begins: bool,
+    at_begin: f32x8<S>,
+    by_line: f32,
+}
+
+/// What of a contact's column yields, from a place among its band's chunks on.
+type Pressed<'a> = (usize, &'a [Push]);
+
+impl<S: Simd> Rise<S> {
+    /// Lays all chunks of a band into a column.
+    #[inline(always)]
+    fn lay<T: Taker<S>, const BEGINS: bool>(
+        &self,
+        simd: S,
+        rows: &[RimRow],
+        (start, pushes): Pressed<'_>,
+        lanes: &mut [[f32; LANES]],
+        taker: &mut T,
+    ) {
+        let (under, lanes) = lanes.split_at_mut(start);
+        let (within, above) = lanes.split_at_mut(pushes.len());
+        let (rows_under, rows) = rows.split_at(start);
+        let (rows_within, rows_above) = rows.split_at(pushes.len());
+        for (lanes, row) in under.iter_mut().zip(rows_under) {
+            taker.take(lanes, self.raised_m::<BEGINS>(simd, row));
+        }
+        for ((lanes, row), push) in within.iter_mut().zip(rows_within).zip(pushes) {
+            let push_m = self.raised_m::<BEGINS>(simd, row) * push.rising.on(simd) + push.delta_m.on(simd);
+            taker.take(lanes, push_m);
+        }
+        for (lanes, row) in above.iter_mut().zip(rows_above) {
+            taker.take(lanes, self.raised_m::<BEGINS>(simd, row));
+        }
+    }
+
+    /// The same where a column is looked at along several rays: it yields along all of them, and rises where none presses.
+    #[inline(always)]
+    fn lay_parts<'a, P: Iterator<Item = Pressed<'a>>>(
+        &self,
+        simd: S,
+        rows: &[RimRow],
+        parts: impl Fn() -> P,
+        lanes: &mut [[f32; LANES]],
+        taker: &mut impl Taker<S>,
+    ) {
+        for (number, (lanes, row)) in lanes.iter_mut().zip(rows).enumerate() {
+            let at = |(start, pushes): Pressed<'a>| pushes.get(number.wrapping_sub(start));
+            let mut push_m =
+                if self.begins { self.raised_m::<true>(simd, row) } else { self.raised_m::<false>(simd, row) };
+            for push in parts().skip(1).filter_map(at) {
+                push_m = push_m * push.rising.on(simd);
             }
-            return;
-        }
-        let at_begin = splat(simd, self.start - Rim::BEGIN * self.slope);
-        let by_line = 1.0 / ((1.0 - Rim::BEGIN) * self.slope);
-        for (lanes, row) in rows {
-            let line = self.line(simd, row, line);
-            let begun = ((at_begin - line) * by_line).max(splat(simd, 0.0)).min(splat(simd, 1.0));
-            *lanes = (self.raised(simd, row, line, beside) * begun).to_array();
+            if let Some(push) = parts().next().and_then(at) {
+                push_m = push_m * push.rising.on(simd) + push.delta_m.on(simd);
+            }
+            for push in parts().skip(1).filter_map(at) {
+                push_m += push.delta_m.on(simd);
+            }
+            taker.take(lanes, push_m);
         }
     }
 
-    /// The line in eight rows of a column, in the middle of which it is `middle`.
+    /// By how much eight rows rise, m; where it does not begin in this column, it has begun everywhere.
     #[inline(always)]
-    fn line<S: Simd>(&self, simd: S, row: &RimRow, middle: f32) -> f32x8<S> {
-        splat(simd, middle) - row.fallen.on(simd)
-    }
-
-    /// By how much eight rows rise beyond where the rim has begun, m.
-    #[inline(always)]
-    fn raised<S: Simd>(&self, simd: S, row: &RimRow, line: f32x8<S>, beside: f32) -> f32x8<S> {
+    fn raised_m<const BEGINS: bool>(&self, simd: S, row: &RimRow) -> f32x8<S> {
         let zero = splat(simd, 0.0);
-        let line = line.max(zero);
-        let square = line * line;
-        square * (square * self.sharp_m + self.blunt_m) * (row.ahead.on(simd) + beside).max(zero)
+        let line = splat(simd, self.line) - row.fallen.on(simd);
+        let above = line.max(zero);
+        let square = above * above;
+        let beside = (row.ahead.on(simd) + self.beside).max(zero);
+        let raised = square * (square * self.sharp_m + self.blunt_m) * beside;
+        if !BEGINS {
+            return raised;
+        }
+        raised * ((self.at_begin - line) * self.by_line).max(zero).min(splat(simd, 1.0))
     }
 }

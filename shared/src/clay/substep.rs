@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
 use super::folds::Fold;
-use super::lanes::{LANES, Simd, SimdBase, f32x8, only, with_vectors};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, with_vectors};
 use super::wall::Wall;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
@@ -316,7 +316,7 @@ impl SubStep {
         all.extend(beside.iter().map(|press| (usize::MAX, *press)));
         self.make_room(pot.spec().shape, all.len());
         self.brace(pot, &all, 1, &method);
-        let contact = self.press_one(pot, press, 0, &method);
+        let contact = self.evaluate(press, 0, |footprint| method.feel(pot, press, footprint));
         self.parts = all;
         contact
     }
@@ -331,7 +331,7 @@ impl SubStep {
         self.make_room(pot.spec().shape, all.len());
         self.brace(pot, &all, all.len(), &method);
         for (at, press) in presses.iter().enumerate() {
-            self.contacts[at] = self.press_one(pot, press, at, &method);
+            self.contacts[at] = self.evaluate(press, at, |footprint| method.feel(pot, press, footprint));
         }
         self.parts = all;
         &self.contacts
@@ -348,12 +348,17 @@ impl SubStep {
         let presses = &all[..due];
         self.make_room(pot.spec().shape, all.len());
         self.brace(pot, all, due, method);
+        let is_alone = presses.len() == 1 && pot.spec().skins() == 1;
         for (at, (of, press)) in presses.iter().enumerate() {
-            let contact = self.press_one(pot, press, at, method);
+            let contact = self.evaluate(press, at, |footprint| {
+                if is_alone { method.displace(pot, press, footprint) } else { method.press(pot, press, footprint) }
+            });
             self.met[*of] |= contact.elements > 0 || !self.footprints[at].window().is_empty();
             self.contacts[*of] = contact;
         }
-        self.displace(pot.surfaces_mut(), presses);
+        if !is_alone {
+            self.displace(pot.surfaces_mut(), presses);
+        }
         for footprint in &self.footprints[..due] {
             if !footprint.window().is_empty() {
                 (0..pot.spec().skins()).for_each(|surface| touched(surface, footprint.window()));
@@ -383,7 +388,6 @@ impl SubStep {
                 with_vectors!(self.vectors, simd => wall.push_alone(simd, alone, press.side));
             }
             ([outer, inner, ..], presses) => self.push(&mut Wall { outer, inner }, presses),
-            (skins, [_]) => skins[0].displace(&self.footprints[0]),
             (skins, presses) => self.merge(&mut skins[0], presses.len()),
         }
     }
@@ -439,8 +443,8 @@ impl SubStep {
         footprints[due..].iter_mut().for_each(|footprint| footprint.scratch.braced = None);
     }
 
-    /// Evaluates a press with the footprint of its place.
-    fn press_one(&mut self, pot: &Pot, press: &Press, at: usize, method: &impl Method) -> Contact {
+    /// Evaluates a press with the footprint of its place, as a method does.
+    fn evaluate(&mut self, press: &Press, at: usize, how: impl FnOnce(&mut Footprint) -> Contact) -> Contact {
         let footprint = &mut self.footprints[at];
         // the one place that keeps out what is no press: past it, everything is finite
         if !press.is_sound() {
@@ -448,7 +452,7 @@ impl SubStep {
             return Contact::default();
         }
         core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
-        let contact = method.press(pot, press, footprint);
+        let contact = how(footprint);
         core::mem::swap(&mut footprint.scratch.cutter, &mut self.cutter);
         contact
     }
@@ -501,8 +505,7 @@ fn add_up<S: Simd>(
         let (outward, last_outward) = outward_m.as_chunks_mut::<LANES>();
         for ((delta, inward), outward) in deltas.iter().zip(inward).zip(outward) {
             // as beside the eights: what is not a number pushes nothing
-            let delta = f32x8::load_array_ref(simd, delta);
-            let delta = only(delta.simd_eq(delta), delta) * share;
+            let delta = numbers(f32x8::load_array_ref(simd, delta)) * share;
             *inward = f32x8::load_array_ref(simd, inward).min(delta).to_array();
             *outward = f32x8::load_array_ref(simd, outward).max(delta).to_array();
         }

@@ -8,7 +8,8 @@ use alloc::vec::Vec;
 
 use glam::Vec2;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, load, only, splat, with_vectors};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, load, numbers, with_vectors};
+use super::uptake::{Mover, Taker};
 use super::{Digest, Footprint, GridShape, Support, WallBending, Window};
 use crate::tool::{Lattice, Side};
 
@@ -265,8 +266,7 @@ impl Surface {
     fn displace_with<S: Simd>(&mut self, simd: S, footprint: &Footprint) {
         let window = footprint.window();
         let rows = self.shape.rows();
-        let (low, high) = (splat(simd, self.radius_min_m), splat(simd, self.radius_max_m));
-        let (mut narrowest, mut widest) = (high, low);
+        let mut mover = Mover::of(simd, self);
         for (local, column) in (0..).zip(window.grid_columns(self.shape)) {
             let (span, deltas_m) = footprint.span(local);
             let start = column as usize * rows as usize + window.first_row as usize + span.start;
@@ -274,22 +274,18 @@ impl Surface {
             let (radii, last_radii) = radii_m.as_chunks_mut::<LANES>();
             let (deltas, last_deltas) = deltas_m.as_chunks::<LANES>();
             for (radii, deltas) in radii.iter_mut().zip(deltas) {
-                let delta = f32x8::load_array_ref(simd, deltas);
-                let kept = moved(f32x8::load_array_ref(simd, radii), delta).max(low).min(high);
-                (narrowest, widest) = (narrowest.min(kept), widest.max(kept));
-                *radii = kept.to_array();
+                mover.take(radii, numbers(f32x8::load_array_ref(simd, deltas)));
             }
             if !last_radii.is_empty() {
-                let kept = moved(load(simd, last_radii), load(simd, last_deltas)).max(low).min(high);
-                last_radii.copy_from_slice(&kept.to_array()[..last_radii.len()]);
-                let least_m = last_radii.iter().copied().fold(f32::MAX, f32::min);
-                (narrowest, widest) = (narrowest.min(splat(simd, least_m)), widest.max(kept));
+                // as wide as one that is there where there is none
+                let mut lanes = [last_radii[0]; LANES];
+                lanes[..last_radii.len()].copy_from_slice(last_radii);
+                mover.take(&mut lanes, numbers(load(simd, last_deltas)));
+                last_radii.copy_from_slice(&lanes[..last_radii.len()]);
             }
         }
-        self.note_span(
-            narrowest.to_array().into_iter().fold(f32::MAX, f32::min),
-            widest.to_array().into_iter().fold(f32::MIN, f32::max),
-        );
+        let (narrowest_m, widest_m) = mover.span_m();
+        self.note_span(narrowest_m, widest_m);
     }
 
     /// Puts every radius of a window through `change`; as in [`Surface::set_radius`], the bounds hold and what is not a number
@@ -464,12 +460,6 @@ impl Surface {
             digest.add(radius.to_bits());
         }
     }
-}
-
-/// Radii that are moved: what is not a number is equal to nothing, and moves nothing.
-#[inline(always)]
-fn moved<S: Simd>(radius: f32x8<S>, delta: f32x8<S>) -> f32x8<S> {
-    radius + only(delta.simd_eq(delta), delta)
 }
 
 /// How much clay stands in each column, against which height makes up for what was pressed away.

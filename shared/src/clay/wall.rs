@@ -5,7 +5,7 @@
 
 use core::f32::consts::TAU;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, load, only, splat};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, load, numbers, splat};
 use super::{Footprint, Pot, PotSpec, Surface};
 use crate::tool::Side;
 
@@ -59,12 +59,6 @@ fn eight<S: Simd>(simd: S, all: &[f32], at: usize) -> f32x8<S> {
     }
 }
 
-/// What is not a number pushes nothing.
-#[inline(always)]
-fn sound<S: Simd>(push_m: f32x8<S>) -> f32x8<S> {
-    only(push_m.simd_eq(push_m), push_m)
-}
-
 impl Wall<'_> {
     /// Moves the elements that a footprint may displace by the strongest pushes, `[columns][rows]` of the whole grid, on the outer skin inwards and
     /// outwards and on the inner one, which are cleared.
@@ -109,7 +103,7 @@ impl Wall<'_> {
                 (column, window.first_row + span.start as u32, deltas_m.len()),
                 #[inline(always)]
                 |at| {
-                    let push_m = sound(eight(simd, deltas_m, at));
+                    let push_m = numbers(eight(simd, deltas_m, at));
                     let own_m = [push_m.min(none), push_m.max(none)];
                     let other_m = own_m.map(
                         #[inline(always)]

@@ -10,7 +10,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 use pottery_shared::clay::{Contact, Footprint, GridShape, Method, MethodKind, Pot, PotSpec, Press, SubStep, Window};
-use pottery_shared::tool::Sphere;
+use pottery_shared::tool::{Shape, Side, Sphere, Tool, rack};
 use pottery_shared::units::Metres;
 use proptest::prelude::*;
 
@@ -124,6 +124,49 @@ proptest! {
                     assert_eq!(contact, contacts[number], "{method:?}, order {order:?}, press {number}");
                 }
             });
+        }
+    }
+}
+
+/// Any tool of the rack, or a sphere, held near a place outside or inside, on its way from somewhere or not.
+fn any_press() -> impl Strategy<Value = Press> {
+    let place = (prop_oneof![-PI..PI, Just(0.0), Just(PI)], 0.0_f32..200.0);
+    let near = place.prop_flat_map(|(angle_rad, z_mm)| press_near(angle_rad, z_mm));
+    let shapes = rack::standard().len() as u8;
+    let way = prop_oneof![Just(None), (-0.5_f32..0.5, -0.5_f32..0.5).prop_map(Some)];
+    (near, 0..=shapes, any::<bool>(), way).prop_map(move |(press, shape, is_inside, way)| {
+        let tool = if shape == shapes { press.tool } else { Tool::Convex(Shape(shape)) };
+        let side = if is_inside { Side::Inside } else { Side::Outside };
+        // a tool outside presses about as deep as one on the other side of the same wall
+        let centre_m = if is_inside { press.centre_m * Vec3::new(0.7, 0.7, 1.0) } else { press.centre_m };
+        let from_m = way.map(|(aside_mm, up_mm)| centre_m + Vec3::new(aside_mm, 0.0, up_mm) * 1e-3);
+        Press { tool, side, centre_m, from_m, ..press }
+    })
+}
+
+proptest! {
+    /// Of columns that are whole eights and of others.
+    #[test]
+    fn only_press_moves_clay_as_it_does_beside_itself_and_is_felt_as_it_presses(
+        press in any_press(),
+        rows in prop_oneof![Just(96), Just(100)],
+    ) {
+        let shape = GridShape::new(90, rows).unwrap();
+        for method in METHODS {
+            let [mut alone, mut twice] = [(); 2].map(|()| Pot::new(PotSpec { shape, ..PotSpec::default() }).unwrap());
+            let [mut one, mut other] = [(); 2].map(|()| SubStep::for_grid(shape));
+            for _ in 0..3 {
+                let felt = one.feel(&alone, &press, method);
+                let [mut windows, mut other_windows] = [const { Vec::new() }; 2];
+                let contact = one.advance(&mut alone, &[press], method, |_, window| windows.push(window))[0];
+                let contacts = other.advance(&mut twice, &[press; 2], method, |_, window| other_windows.push(window));
+                prop_assert_eq!(contacts, [contact; 2], "{:?}", method);
+                prop_assert!(press.from_m.is_some() || felt == contact, "{method:?}: {felt:?} felt, {contact:?} pressed");
+                windows.dedup();
+                other_windows.dedup();
+                prop_assert_eq!(windows, other_windows, "{:?}", method);
+                prop_assert!(alone == twice, "{method:?}");
+            }
         }
     }
 }
