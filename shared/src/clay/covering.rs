@@ -21,9 +21,12 @@ const WIDE: f32 = 8.0;
 /// Columns and rows at which the clay about a tool is looked at for how far it goes, or one more.
 const COLUMNS: u32 = 12;
 const ROWS: u32 = 24;
+/// How many of those radii are compared at once.
+const TURNS: usize = 8;
 
 /// Radius of the widest clay about a tool outside, of the narrowest about one inside, m, as far as some of its elements tell. It bounds where rays
 /// stand: what everybody knows of the whole pot is not the same everywhere, what is there is.
+#[inline(always)]
 fn reach_about_m(surface: &Surface, press: &Press, tool_m: f32, behind_m: f32) -> f32 {
     let (shape, centre_m) = (surface.shape(), press.centre_m);
     let distance_m = root(centre_m.x * centre_m.x + centre_m.y * centre_m.y);
@@ -37,12 +40,35 @@ fn reach_about_m(surface: &Surface, press: &Press, tool_m: f32, behind_m: f32) -
     let columns = (0..=2 * half_columns).step_by(columns_apart as usize);
     let columns =
         columns.map(|local| surface.column_m(shape.wrap(middle + i64::from(local) - i64::from(half_columns))));
-    let radii_m =
-        columns.flat_map(|column_m| column_m[first_row as usize..end_row as usize].iter().step_by(rows_apart as usize));
+    let radii_m = columns.map(|column_m| &column_m[first_row as usize..end_row as usize]);
     match press.side {
-        Side::Outside => radii_m.fold(0.0, |widest_m, radius_m| widest_m.max(*radius_m)),
-        Side::Inside => radii_m.fold(f32::MAX, |narrowest_m, radius_m| narrowest_m.min(*radius_m)) - behind_m,
+        Side::Outside => most(radii_m, rows_apart as usize, 0.0, |radius_m, widest_m| radius_m > widest_m),
+        Side::Inside => {
+            most(radii_m, rows_apart as usize, f32::MAX, |radius_m, narrowest_m| radius_m < narrowest_m) - behind_m
+        }
     }
+}
+
+/// Of every so many radii of some columns that which is before all others, or the least there may be, m.
+///
+/// By turns into several, so that none waits for the one before; which of them is the most does not go by their order.
+#[inline(always)]
+fn most<'a>(
+    columns_m: impl Iterator<Item = &'a [f32]>,
+    apart: usize,
+    least_m: f32,
+    is_before: impl Fn(f32, f32) -> bool,
+) -> f32 {
+    let before = |one_m: f32, other_m: f32| if is_before(one_m, other_m) { one_m } else { other_m };
+    let mut most_m = [least_m; TURNS];
+    for column_m in columns_m {
+        for radii_m in column_m.chunks(TURNS * apart) {
+            for (most_m, radius_m) in most_m.iter_mut().zip(radii_m.iter().step_by(apart)) {
+                *most_m = before(*radius_m, *most_m);
+            }
+        }
+    }
+    most_m.into_iter().fold(least_m, before)
 }
 
 impl Contacts {
