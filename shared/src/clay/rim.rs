@@ -355,7 +355,7 @@ impl<S: Simd> Rise<S> {
             let mut push_m =
                 if self.begins { self.raised_m::<true>(simd, row) } else { self.raised_m::<false>(simd, row) };
             for push in parts().skip(1).filter_map(at) {
-                push_m = push_m * push.rising.on(simd);
+                push_m *= push.rising.on(simd);
             }
             if let Some(push) = parts().next().and_then(at) {
                 push_m = push_m * push.rising.on(simd) + push.delta_m.on(simd);

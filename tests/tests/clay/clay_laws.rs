@@ -164,6 +164,20 @@ impl Left {
         Self { stroke, method, pot, contact }
     }
 
+    /// By how much the clay, as root mean square and at most, m, and the force, N, are others when the way is longer or shorter by a hair: it may
+    /// then be cut into one part more or less, whose ridges lie elsewhere.
+    fn by_a_longer_way(&self) -> ([f64; 2], f32) {
+        let [shorter, longer] = [1.0 - 2e-5, 1.0 + 2e-5].map(|by| {
+            let Stroke { turned_rad, raised_mm, .. } = self.stroke;
+            let stroke = Stroke { turned_rad: turned_rad * by, raised_mm: raised_mm * by, ..self.stroke };
+            let (pot, contact) = stroke.pressed(self.method, 0.1, 20);
+            let force_n = (contact.force_n.length() - self.contact.force_n.length()).abs();
+            (differences_m(&self.pot, &pot, |column, row| (column, row)), force_n)
+        });
+        let ((rms_m, largest_m), (other_rms_m, other_largest_m)) = (shorter.0, longer.0);
+        ([rms_m.max(other_rms_m), largest_m.max(other_largest_m)], shorter.1.max(longer.1))
+    }
+
     /// Fails unless another stroke leaves the same clay, seen through a change of places, and is felt as strongly.
     ///
     /// Tools and radii are f32 of 4 to 7 nm near 60 mm, rounded in each of 20 steps. And by such a hair an element at the edge of
@@ -175,7 +189,9 @@ impl Left {
         let (rms_m, largest_m) = differences_m(&self.pot, &other.pot, place);
         let (of_travel, of_force) = if self.method == MethodKind::Original { (0.0, 1e-3) } else { (1.0, 5e-3) };
         let travel_m = of_travel * f64::from(self.stroke.depth_mm) * 1e-3;
-        let same = rms_m <= 2e-8 + 3e-3 * travel_m && largest_m <= 6e-8 + 0.1 * travel_m;
+        let limits_m = [2e-8 + 3e-3 * travel_m, 6e-8 + 0.1 * travel_m];
+        let is_within = |more_m: [f64; 2]| rms_m <= limits_m[0] + more_m[0] && largest_m <= limits_m[1] + more_m[1];
+        let same = is_within([0.0; 2]) || is_within(self.by_a_longer_way().0);
         assert!(same, "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
         let [here_n, there_n] = [self.contact, other.contact].map(|contact| contact.force_n.length());
         // where a tool grazes the foot, what is rounded away of its place is more of its force than that
@@ -184,7 +200,8 @@ impl Left {
             (deeper.pressed(self.method, 0.1, 20).1.force_n.length() - here_n).abs()
         };
         let apart_n = (here_n - there_n).abs();
-        let same = apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n();
+        let same =
+            apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n().max(self.by_a_longer_way().1);
         assert!(same, "{:?}, {what}: {here_n} and {there_n} N", self.method);
     }
 }
