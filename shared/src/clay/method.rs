@@ -103,8 +103,8 @@ pub trait Method {
     /// The footprint is empty afterwards when nothing is touched.
     fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact;
 
-    /// The same press when it is the only one and the pot has one skin, whose clay goes at once to where the footprint would have
-    /// taken it; of the footprint only the window counts afterwards.
+    /// The same press when it is the only one and the pot has one skin with columns of whole eights: clay goes at once to where the footprint
+    /// would have taken it, and of the footprint only the window counts afterwards.
     fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         let contact = self.press(pot, press, footprint);
         pot.surfaces_mut()[0].displace(footprint);

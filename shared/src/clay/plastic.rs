@@ -9,7 +9,7 @@ use super::bending::POISSON;
 use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::folds::Fold;
-use super::lanes::{LANES, Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
+use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::looks::find;
 use super::rim::{Rim, RimShape};
@@ -89,11 +89,6 @@ impl Method for PlasticCsem {
     }
 
     fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
-        if !(pot.spec().shape.rows() as usize).is_multiple_of(LANES) {
-            let contact = self.press(pot, press, footprint);
-            pot.surfaces_mut()[0].displace(footprint);
-            return contact;
-        }
         let mut scratch = core::mem::take(&mut footprint.scratch);
         footprint.reset(Window::default());
         let contact = with_vectors!(scratch.vectors, simd => {

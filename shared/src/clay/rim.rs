@@ -1,6 +1,6 @@
 //! The rim that rises beside a dent: its shape, where it lies, and how it is laid over the clay.
 //!
-//! Owns the footprint of a press of the studio's own method; what yields is told by `plastic`.
+//! Owns what a press of the studio's own method moves; what yields is told by `plastic`, where it goes by `uptake`.
 //! Invariant: no element that yields rises.
 
 use core::f32::consts::PI;

@@ -348,7 +348,8 @@ impl SubStep {
         let presses = &all[..due];
         self.make_room(pot.spec().shape, all.len());
         self.brace(pot, all, due, method);
-        let is_alone = presses.len() == 1 && pot.spec().skins() == 1;
+        let is_whole = (pot.spec().shape.rows() as usize).is_multiple_of(LANES);
+        let is_alone = presses.len() == 1 && pot.spec().skins() == 1 && is_whole;
         for (at, (of, press)) in presses.iter().enumerate() {
             let contact = self.evaluate(press, at, |footprint| {
                 if is_alone { method.displace(pot, press, footprint) } else { method.press(pot, press, footprint) }

@@ -1,7 +1,7 @@
 //! One skin of the pot: a grid of radii over angle and height.
 //!
 //! Owns the radii and their bounds, and the places of the elements; no method and no tool.
-//! Invariant: every radius is finite and within the bounds; `set_radius`, `set_run`, `displace`, `change_window` and `Wall` see to it.
+//! Invariant: every radius is finite and within the bounds; `set_radius`, `set_run`, `change_window`, `Mover` and `Wall` see to it.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;

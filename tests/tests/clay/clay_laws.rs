@@ -80,13 +80,20 @@ impl Stroke {
 
     /// Presses for `seconds` in so many steps.
     fn press(&self, pot: &mut Pot, method: MethodKind, seconds: f32, steps: u16) -> Contact {
+        self.press_in_parts(pot, method, seconds, steps).0
+    }
+
+    /// The same, with the parts of each step's way that met clay.
+    fn press_in_parts(&self, pot: &mut Pot, method: MethodKind, seconds: f32, steps: u16) -> (Contact, Vec<usize>) {
         let mut substep = SubStep::for_grid(pot.spec().shape);
         let dt = Seconds(seconds / f32::from(steps));
         let mut contact = Contact::default();
-        for step in 1..=steps {
-            contact = substep.advance(pot, &[self.moved(step, steps, method, dt)], method, |_, _| {})[0];
+        let mut parts = vec![0; usize::from(steps)];
+        for (step, parts) in (1..).zip(&mut parts) {
+            let press = self.moved(step, steps, method, dt);
+            contact = substep.advance(pot, &[press], method, |_, _| *parts += 1)[0];
         }
-        contact
+        (contact, parts)
     }
 
     fn pressed(&self, method: MethodKind, seconds: f32, steps: u16) -> (Pot, Contact) {
@@ -156,26 +163,30 @@ struct Left {
     method: MethodKind,
     pot: Pot,
     contact: Contact,
+    /// Parts of each step's way that met clay.
+    parts: Vec<usize>,
 }
 
 impl Left {
     fn by(stroke: Stroke, method: MethodKind) -> Self {
-        let (pot, contact) = stroke.pressed(method, 0.1, 20);
-        Self { stroke, method, pot, contact }
+        let mut pot = pot();
+        let (contact, parts) = stroke.press_in_parts(&mut pot, method, 0.1, 20);
+        Self { stroke, method, pot, contact, parts }
     }
 
-    /// By how much the clay, as root mean square and at most, m, and the force, N, are others when the way is longer or shorter by a hair: it may
-    /// then be cut into one part more or less, whose ridges lie elsewhere.
-    fn by_a_longer_way(&self) -> ([f64; 2], f32) {
+    /// Whether the ways of another stroke are cut into other parts, and no others than those of this one are that are longer or shorter by a hair:
+    /// `f32` places of 7 nm decide it where a way is as long as a whole number of parts may be. Ridges then lie elsewhere.
+    fn is_cut_otherwise_by_a_hair(&self, other: &Self) -> bool {
+        if self.parts == other.parts {
+            return false;
+        }
         let [shorter, longer] = [1.0 - 2e-5, 1.0 + 2e-5].map(|by| {
             let Stroke { turned_rad, raised_mm, .. } = self.stroke;
-            let stroke = Stroke { turned_rad: turned_rad * by, raised_mm: raised_mm * by, ..self.stroke };
-            let (pot, contact) = stroke.pressed(self.method, 0.1, 20);
-            let force_n = (contact.force_n.length() - self.contact.force_n.length()).abs();
-            (differences_m(&self.pot, &pot, |column, row| (column, row)), force_n)
+            Self::by(Stroke { turned_rad: turned_rad * by, raised_mm: raised_mm * by, ..self.stroke }, self.method)
+                .parts
         });
-        let ((rms_m, largest_m), (other_rms_m, other_largest_m)) = (shorter.0, longer.0);
-        ([rms_m.max(other_rms_m), largest_m.max(other_largest_m)], shorter.1.max(longer.1))
+        let cuts = shorter.iter().zip(&longer).zip(&other.parts);
+        cuts.into_iter().all(|((shorter, longer), parts)| [shorter, longer].contains(&parts))
     }
 
     /// Fails unless another stroke leaves the same clay, seen through a change of places, and is felt as strongly.
@@ -186,13 +197,12 @@ impl Left {
     /// a step's push at one of hundreds of elements, and as little of a force that counts elements.
     fn assert_same(&self, other: Stroke, place: impl Fn(u32, u32) -> (u32, u32), what: &str) {
         let other = Self::by(other, self.method);
+        let excused = || self.is_cut_otherwise_by_a_hair(&other);
         let (rms_m, largest_m) = differences_m(&self.pot, &other.pot, place);
         let (of_travel, of_force) = if self.method == MethodKind::Original { (0.0, 1e-3) } else { (1.0, 5e-3) };
         let travel_m = of_travel * f64::from(self.stroke.depth_mm) * 1e-3;
-        let limits_m = [2e-8 + 3e-3 * travel_m, 6e-8 + 0.1 * travel_m];
-        let is_within = |more_m: [f64; 2]| rms_m <= limits_m[0] + more_m[0] && largest_m <= limits_m[1] + more_m[1];
-        let same = is_within([0.0; 2]) || is_within(self.by_a_longer_way().0);
-        assert!(same, "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
+        let same = rms_m <= 2e-8 + 3e-3 * travel_m && largest_m <= 6e-8 + 0.1 * travel_m;
+        assert!(same || excused(), "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
         let [here_n, there_n] = [self.contact, other.contact].map(|contact| contact.force_n.length());
         // where a tool grazes the foot, what is rounded away of its place is more of its force than that
         let by_a_hair_n = || {
@@ -200,9 +210,8 @@ impl Left {
             (deeper.pressed(self.method, 0.1, 20).1.force_n.length() - here_n).abs()
         };
         let apart_n = (here_n - there_n).abs();
-        let same =
-            apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n().max(self.by_a_longer_way().1);
-        assert!(same, "{:?}, {what}: {here_n} and {there_n} N", self.method);
+        let same = apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n();
+        assert!(same || excused(), "{:?}, {what}: {here_n} and {there_n} N", self.method);
     }
 }
 
