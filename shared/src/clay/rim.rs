@@ -79,7 +79,7 @@ impl Rim {
         (grid, step): (GridShape, Step),
         contacts: &Contacts,
         pushes: &[Push],
-        RimScratch { rows, bands }: &mut RimScratch,
+        RimScratch { rows, raised, pressed }: &mut RimScratch,
         mut uptake: impl Uptake<S>,
     ) -> Window {
         let (dent, end) = (&self.dent, self.shape.end);
@@ -92,7 +92,7 @@ impl Rim {
         self.fill_rows(simd, step.row_m, window, centre_z, rows);
         let kernel = Kernel::new(&self.shape, crest_m);
         // where each column is raised is found before any is, so that none waits for it
-        bands.clear();
+        raised.clear();
         let half_columns = (window.columns / 2) as i32;
         let off_rad = centre_rad - middle * step.column_rad;
         let arc_per_rad = dent.radius_m / dent.half_arc_m;
@@ -114,46 +114,58 @@ impl Rim {
             let to = (lattice.chunk(centre + outer_m) + one).min(chunks);
             let to = positive(left).select(to, from).max(from);
             let [from, to] = [from, to].map(|chunks| chunks.to_array());
-            let arcs = arcs.to_array();
-            for lane in 0..LANES.min((window.columns - local) as usize) {
-                let raised = from[lane] as u32..to[lane] as u32;
-                let pressed = raised.start..raised.start;
-                bands.push(Band { arc: arcs[lane], raised, pressed, columns: 0..0, pushes: 0 });
-            }
+            raised.push(Raised { arcs: arcs.into(), from, to });
         }
         let chunks_of = |column: &Column| {
             let chunk = |row: u32| (row - window.first_row) / LANES as u32;
             chunk(column.first_row)..chunk(column.end_row())
         };
         let columns = contacts.columns();
+        pressed.clear();
+        pressed.resize(window.columns as usize, Pressed::NOT);
         let mut found = 0;
         for (number, column) in columns.iter().enumerate() {
             let chunks = chunks_of(column);
             if let Some(local) = window.local_column(grid, column.column) {
-                bands[local as usize].press(number, &chunks, found);
+                pressed[local as usize].add(number, &chunks, found);
             }
             found += chunks.len();
         }
-        for (local, band) in bands.iter().enumerate() {
-            let all = band.all();
-            let rise = kernel.column(simd, &self.shape, band.arc);
-            let rows = &rows[all.clone()];
-            let (lanes, taker) = uptake.column(local, all.clone());
-            let parts = || {
-                columns[band.columns.clone()].iter().scan(band.pushes, |at, part| {
+        let inwards = self.volume_m3 < 0.0;
+        for (raised, (eight, pressed)) in raised.iter().zip(pressed.chunks(LANES).enumerate()) {
+            let places = raised.arcs.0.iter().zip(raised.from).zip(raised.to);
+            for ((lane, pressed), ((arc, from), to)) in pressed.iter().enumerate().zip(places) {
+                let start = (from as u32).min(pressed.chunks[0]) as usize;
+                let all = start..(to as u32).max(pressed.chunks[1]) as usize;
+                let rise = kernel.column(simd, &self.shape, *arc);
+                let rows = &rows[all.clone()];
+                let (lanes, taker) = uptake.column(LANES * eight + lane, all);
+                let stretch = |at: usize, part: &Column| {
                     let chunks = chunks_of(part);
-                    let pushes = &pushes[*at..*at + chunks.len()];
-                    *at += chunks.len();
-                    Some((chunks.start as usize - all.start, pushes))
-                })
-            };
-            let first = parts().next().unwrap_or_default();
-            if band.columns.len() > 1 {
-                rise.lay_parts(simd, rows, parts, lanes, taker);
-            } else if rise.begins {
-                rise.lay::<_, true>(simd, rows, first, lanes, taker);
-            } else {
-                rise.lay::<_, false>(simd, rows, first, lanes, taker);
+                    (chunks.start as usize - start, &pushes[at..at + chunks.len()])
+                };
+                let first = match pressed.columns {
+                    0 => Default::default(),
+                    1 => stretch(pressed.pushes, &columns[pressed.first]),
+                    _ => {
+                        let parts = || {
+                            let parts = &columns[pressed.first..pressed.first + pressed.columns];
+                            parts.iter().scan(pressed.pushes, |at, part| {
+                                let stretch = stretch(*at, part);
+                                *at += stretch.1.len();
+                                Some(stretch)
+                            })
+                        };
+                        rise.lay_parts(simd, rows, parts, lanes, taker);
+                        continue;
+                    }
+                };
+                match (rise.begins, inwards) {
+                    (true, false) => rise.lay::<_, true, false>(simd, rows, first, lanes, taker),
+                    (false, false) => rise.lay::<_, false, false>(simd, rows, first, lanes, taker),
+                    (true, true) => rise.lay::<_, true, true>(simd, rows, first, lanes, taker),
+                    (false, true) => rise.lay::<_, false, true>(simd, rows, first, lanes, taker),
+                }
             }
         }
         window
@@ -198,7 +210,8 @@ impl Rim {
 #[derive(Clone, Debug, Default)]
 pub(super) struct RimScratch {
     rows: Vec<RimRow>,
-    bands: Vec<Band>,
+    raised: Vec<Raised>,
+    pressed: Vec<Pressed>,
 }
 
 impl RimScratch {
@@ -206,7 +219,8 @@ impl RimScratch {
     pub(super) fn with_room(shape: GridShape) -> Self {
         Self {
             rows: Vec::with_capacity(shape.rows() as usize / LANES + 2),
-            bands: Vec::with_capacity(shape.columns() as usize),
+            raised: Vec::with_capacity((shape.columns() as usize).div_ceil(LANES)),
+            pressed: Vec::with_capacity(shape.columns() as usize),
         }
     }
 }
@@ -230,32 +244,35 @@ impl ChunkRows {
     }
 }
 
-/// The chunks of a column that rise, and those that are pressed.
+/// Eight columns of a rim: half axes aside of its middle, and from which chunk to before which each is raised.
 #[derive(Clone, Debug)]
-struct Band {
-    /// Half axes aside of the rim's middle.
-    arc: f32,
-    raised: Range<u32>,
-    pressed: Range<u32>,
-    /// What of the contact's columns is this one, and where that stands among what yields.
-    columns: Range<usize>,
+struct Raised {
+    arcs: Eight,
+    from: [i32; LANES],
+    to: [i32; LANES],
+}
+
+/// What of a column is pressed.
+#[derive(Clone, Debug)]
+struct Pressed {
+    /// From its first chunk to before its last.
+    chunks: [u32; 2],
+    /// The first of the contact's columns that is this one, how many are, and where they stand among what yields.
+    first: usize,
+    columns: usize,
     pushes: usize,
 }
 
-impl Band {
-    /// Notes that a contact's column of some number presses chunks, and where that stands among what yields.
-    fn press(&mut self, number: usize, chunks: &Range<u32>, pushes: usize) {
-        if self.columns.is_empty() {
-            (self.columns, self.pressed, self.pushes) = (number..number, chunks.clone(), pushes);
-        }
-        self.columns.end = number + 1;
-        self.pressed = self.pressed.start.min(chunks.start)..self.pressed.end.max(chunks.end);
-    }
+impl Pressed {
+    const NOT: Self = Self { chunks: [u32::MAX, 0], first: 0, columns: 0, pushes: 0 };
 
-    /// All chunks that change, and what lies between.
-    fn all(&self) -> Range<usize> {
-        let (start, end) = (self.raised.start.min(self.pressed.start), self.raised.end.max(self.pressed.end));
-        start as usize..end as usize
+    /// Adds that a contact's column of some number presses chunks, and where that stands among what yields.
+    fn add(&mut self, number: usize, chunks: &Range<u32>, pushes: usize) {
+        if self.columns == 0 {
+            (self.first, self.pushes) = (number, pushes);
+        }
+        self.columns = number + 1 - self.first;
+        self.chunks = [self.chunks[0].min(chunks.start), self.chunks[1].max(chunks.end)];
     }
 }
 
@@ -310,17 +327,17 @@ struct Rise<S: Simd> {
     by_line: f32,
 }
 
-/// What of a contact's column yields, from a place among its band's chunks on.
-type Pressed<'a> = (usize, &'a [Push]);
+/// What of a contact's column yields, from a place among the chunks that change in it.
+type Yielding<'a> = (usize, &'a [Push]);
 
 impl<S: Simd> Rise<S> {
-    /// Lays all chunks of a band into a column.
+    /// Lays all chunks that change into a column, of which the rim raises those that no tool touches one way.
     #[inline(always)]
-    fn lay<T: Taker<S>, const BEGINS: bool>(
+    fn lay<T: Taker<S>, const BEGINS: bool, const INWARDS: bool>(
         &self,
         simd: S,
         rows: &[RimRow],
-        (start, pushes): Pressed<'_>,
+        (start, pushes): Yielding<'_>,
         lanes: &mut [[f32; LANES]],
         taker: &mut T,
     ) {
@@ -329,20 +346,20 @@ impl<S: Simd> Rise<S> {
         let (rows_under, rows) = rows.split_at(start);
         let (rows_within, rows_above) = rows.split_at(pushes.len());
         for (lanes, row) in under.iter_mut().zip(rows_under) {
-            taker.take(lanes, self.raised_m::<BEGINS>(simd, row));
+            taker.raise::<INWARDS>(lanes, self.raised_m::<BEGINS>(simd, row));
         }
         for ((lanes, row), push) in within.iter_mut().zip(rows_within).zip(pushes) {
             let push_m = self.raised_m::<BEGINS>(simd, row) * push.rising.on(simd) + push.delta_m.on(simd);
             taker.take(lanes, push_m);
         }
         for (lanes, row) in above.iter_mut().zip(rows_above) {
-            taker.take(lanes, self.raised_m::<BEGINS>(simd, row));
+            taker.raise::<INWARDS>(lanes, self.raised_m::<BEGINS>(simd, row));
         }
     }
 
     /// The same where a column is looked at along several rays: it yields along all of them, and rises where none presses.
     #[inline(always)]
-    fn lay_parts<'a, P: Iterator<Item = Pressed<'a>>>(
+    fn lay_parts<'a, P: Iterator<Item = Yielding<'a>>>(
         &self,
         simd: S,
         rows: &[RimRow],
@@ -351,7 +368,7 @@ impl<S: Simd> Rise<S> {
         taker: &mut impl Taker<S>,
     ) {
         for (number, (lanes, row)) in lanes.iter_mut().zip(rows).enumerate() {
-            let at = |(start, pushes): Pressed<'a>| pushes.get(number.wrapping_sub(start));
+            let at = |(start, pushes): Yielding<'a>| pushes.get(number.wrapping_sub(start));
             let mut push_m =
                 if self.begins { self.raised_m::<true>(simd, row) } else { self.raised_m::<false>(simd, row) };
             for push in parts().skip(1).filter_map(at) {

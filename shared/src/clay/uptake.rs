@@ -24,6 +24,9 @@ pub(super) trait Uptake<S: Simd> {
 pub(super) trait Taker<S: Simd> {
     /// Takes up those of eight elements, m.
     fn take(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>);
+
+    /// The same of elements none of which is pushed the other way.
+    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>);
 }
 
 /// Displacements are noted.
@@ -55,6 +58,11 @@ impl<S: Simd> Uptake<S> for Noted<'_> {
 impl<S: Simd> Taker<S> for Note {
     #[inline(always)]
     fn take(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
+        *lanes = push_m.to_array();
+    }
+
+    #[inline(always)]
+    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
         *lanes = push_m.to_array();
     }
 }
@@ -139,5 +147,20 @@ impl<S: Simd> Taker<S> for Mover<S> {
     #[inline(always)]
     fn take(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
         *lanes = self.moved(f32x8::load_array_ref(push_m.simd, lanes), push_m).to_array();
+    }
+
+    #[inline(always)]
+    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
+        let reached_m = f32x8::load_array_ref(push_m.simd, lanes) + push_m;
+        *lanes = if INWARDS {
+            let kept_m = reached_m.max(self.low_m);
+            self.narrowest_m = self.narrowest_m.min(kept_m);
+            kept_m
+        } else {
+            let kept_m = reached_m.min(self.high_m);
+            self.widest_m = self.widest_m.max(kept_m);
+            kept_m
+        }
+        .to_array();
     }
 }
