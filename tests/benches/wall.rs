@@ -12,6 +12,9 @@ use pottery_shared::tool::{Side, Sphere};
 use pottery_shared::units::{Metres, Rpm, Tick};
 
 const STEPS: usize = 4000;
+/// How deep tools are, and how deep a wall folds under them, mm.
+const DEPTH_MM: f32 = 1.5;
+const FOLDING_MM: f32 = 4.0;
 
 /// Who is at the wall: tools that press, and whether the others only hold against it, as a hand reckons with them.
 struct Case {
@@ -19,15 +22,18 @@ struct Case {
     support: Support,
     tools: &'static [Side],
     only_first: bool,
+    depth_mm: f32,
 }
 
 const fn hollow(name: &'static str, tools: &'static [Side], only_first: bool) -> Case {
-    Case { name, support: Support::Hollow, tools, only_first }
+    Case { name, support: Support::Hollow, tools, only_first, depth_mm: DEPTH_MM }
 }
 
-const CASES: [Case; 6] = [
-    Case { name: "on a core, one", support: Support::Backed, tools: &[Side::Outside], only_first: false },
+const CASES: [Case; 8] = [
+    Case { support: Support::Backed, ..hollow("on a core, one", &[Side::Outside], false) },
     hollow("a wall, one", &[Side::Outside], false),
+    Case { depth_mm: FOLDING_MM, ..hollow("that folds, one", &[Side::Outside], false) },
+    Case { depth_mm: FOLDING_MM, ..hollow("that folds, inside", &[Side::Inside], false) },
     hollow("squeezed by two", &[Side::Outside, Side::Inside], false),
     hollow("squeezed by three", &[Side::Outside, Side::Inside, Side::Outside], false),
     hollow("a hand, one beside", &[Side::Outside, Side::Inside], true),
@@ -36,7 +42,7 @@ const CASES: [Case; 6] = [
 
 fn main() {
     println!(
-        "Times in µs of a step and of a snapshot, 360 x 400 elements; balls of 12 mm outside and 15 mm inside, 1.5 mm deep."
+        "Times in µs of a step and of a snapshot, 360 x 400 elements; balls of 12 mm outside and 15 mm inside, {DEPTH_MM} mm deep, {FOLDING_MM} where a wall folds."
     );
     println!(
         "{:<20}{:>8}{:>8}{:>8}{:>10}{:>10}{:>12}{:>10}",
@@ -51,11 +57,11 @@ fn quantile(figures: &mut [f64], share: f64) -> f64 {
 }
 
 /// A tool on its way round the pot and up, the first ones opposite each other, the third ahead.
-fn press(number: usize, side: Side, step: usize) -> Press {
+fn press(number: usize, side: Side, depth_mm: f32, step: usize) -> Press {
     let turn = step as f32 * 1e-3 * std::f32::consts::TAU + 0.3 * (number / 2) as f32;
     let (tool_mm, distance_mm) = match side {
-        Side::Outside => (12.0, 60.0 + 12.0 - 1.5),
-        Side::Inside => (15.0, 52.0 - 15.0 + 1.5),
+        Side::Outside => (12.0, 60.0 + 12.0 - depth_mm),
+        Side::Inside => (15.0, 52.0 - 15.0 + depth_mm),
     };
     let (distance_m, z_m) = (distance_mm * 1e-3, 0.05 + step as f32 * 2.5e-5);
     let tool = Sphere::new(Metres::from_mm(tool_mm)).expect("the tool is in range");
@@ -72,7 +78,8 @@ fn run(case: &Case) {
     let wheel = Wheel::starting_at(Tick(0), Phase(0), Wheel::rate_of(Rpm(-60.0)));
     let (mut steps_us, mut publishes_us, mut bytes, mut elements) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for step in 0..STEPS {
-        let all: Vec<_> = case.tools.iter().enumerate().map(|(number, side)| press(number, *side, step)).collect();
+        let held = |(number, side): (usize, &Side)| press(number, *side, case.depth_mm, step);
+        let all: Vec<_> = case.tools.iter().enumerate().map(held).collect();
         let (presses, beside) = all.split_at(if case.only_first { 1 } else { all.len() });
         let begin = Instant::now();
         let contacts = substep.advance_beside(&mut pot, presses, beside, MethodKind::Plastic, |surface, window| {

@@ -6,8 +6,9 @@
 use glam::Vec3;
 
 use super::contact::nearest_turn;
-use super::lanes::{LANES, Select, Simd, SimdBase, SimdFloat, Vectors, counted, f32x8, load, splat, with_vectors};
+use super::lanes::{LANES, Select, Simd, SimdBase, SimdFloat, Vectors, counted, f32x8, root, splat, with_vectors};
 use super::plastic::outwards;
+use super::uptake::{Span, eight};
 use super::{GridShape, Pot, PotSpec, Press, Surface, Window};
 
 /// Length within which a wall that has folded stays bent, over √(R·t): a cone that is as wide as what stays of the finite-element pot pressed
@@ -129,22 +130,30 @@ impl<S: Simd> Cone<'_, S> {
         let half_columns = (reach_m / (middle_m * column_rad)) as u32 + 1;
         let middle = libm::roundf(fold.angle_rad / column_rad) as i64;
         let window = Window::around(shape, middle, half_columns, row(fold.z_m - reach_m), row(fold.z_m + reach_m) + 1);
+        let mut spans = [Span::none(simd); N];
         for column in window.grid_columns(shape) {
             let aside_m = nearest_turn(column as f32 * column_rad - fold.angle_rad) * middle_m;
-            for row in (window.first_row..window.end_row()).step_by(LANES) {
-                let rows = (window.end_row() - row).min(LANES as u32) as usize;
-                let radii = surfaces.each_mut().map(
+            // one more on both ends, since none may be left out by a hair, and whole eights, which are not copied to and fro
+            let half_m = root((reach_m * reach_m - aside_m * aside_m).max(0.0));
+            let last = i64::from(shape.rows());
+            let [low, high] =
+                [row(fold.z_m - half_m) - 1, row(fold.z_m + half_m) + 2].map(|row| row.clamp(0, last) as u32);
+            let first_row = low / LANES as u32 * LANES as u32;
+            let rows = (high.next_multiple_of(LANES as u32).min(shape.rows()) - first_row) as usize;
+            let mut skins_m = surfaces.each_mut().map(|surface| surface.run_mut(column, first_row, rows));
+            for at in (0..rows).step_by(LANES) {
+                let radii_m = skins_m.each_ref().map(
                     #[inline(always)]
-                    |surface| load(simd, surface.run_mut(column, row, rows)),
+                    |skin_m| eight(simd, skin_m, at),
                 );
-                let changed = change(radii, self.inwards_m(row as usize, row_m, aside_m));
-                for (surface, radii) in surfaces.iter_mut().zip(changed) {
-                    let changed_m = &radii.to_array()[..rows];
-                    surface.run_mut(column, row, rows).copy_from_slice(changed_m);
-                    let least_m = changed_m.iter().copied().fold(f32::MAX, f32::min);
-                    surface.note_span(least_m, changed_m.iter().copied().fold(0.0, f32::max));
+                let changed_m = change(radii_m, self.inwards_m(first_row as usize + at, row_m, aside_m));
+                for ((skin_m, changed_m), span) in skins_m.iter_mut().zip(changed_m).zip(&mut spans) {
+                    span.put(skin_m, at, changed_m);
                 }
             }
+        }
+        for (surface, span) in surfaces.into_iter().zip(spans) {
+            span.note(surface);
         }
         window
     }

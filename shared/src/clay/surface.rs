@@ -1,7 +1,7 @@
 //! One skin of the pot: a grid of radii over angle and height.
 //!
 //! Owns the radii and their bounds, and the places of the elements; no method and no tool.
-//! Invariant: every radius is finite and within the bounds; `set_radius`, `set_run`, `change_window`, `Mover` and `Wall` see to it.
+//! Invariant: every radius is finite and within the bounds; `set_radius`, `set_run`, `change_window`, `Mover`, `Wall` and `folds` see to it.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -284,8 +284,7 @@ impl Surface {
                 last_radii.copy_from_slice(&lanes[..last_radii.len()]);
             }
         }
-        let (narrowest_m, widest_m) = mover.span_m();
-        self.note_span(narrowest_m, widest_m);
+        mover.note(self);
     }
 
     /// Puts every radius of a window through `change`; as in [`Surface::set_radius`], the bounds hold and what is not a number

@@ -5,7 +5,7 @@
 
 use core::ops::Range;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, splat};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, load, splat};
 use super::{Footprint, Surface, Window};
 
 /// What takes up the displacements of a press, column by column of a window.
@@ -79,8 +79,7 @@ pub(super) struct Mover<S: Simd> {
     low_m: f32x8<S>,
     high_m: f32x8<S>,
     /// Of all that were moved.
-    narrowest_m: f32x8<S>,
-    widest_m: f32x8<S>,
+    span: Span<S>,
 }
 
 impl<S: Simd> Mover<S> {
@@ -88,23 +87,76 @@ impl<S: Simd> Mover<S> {
     #[inline(always)]
     pub(super) fn of(simd: S, surface: &Surface) -> Self {
         let (low_m, high_m) = surface.bounds_m();
-        let (low_m, high_m) = (splat(simd, low_m), splat(simd, high_m));
-        Self { low_m, high_m, narrowest_m: high_m, widest_m: low_m }
+        Self { low_m: splat(simd, low_m), high_m: splat(simd, high_m), span: Span::none(simd) }
     }
 
     /// What radii become, m.
     #[inline(always)]
     fn moved(&mut self, radius_m: f32x8<S>, push_m: f32x8<S>) -> f32x8<S> {
         let kept_m = (radius_m + push_m).max(self.low_m).min(self.high_m);
-        (self.narrowest_m, self.widest_m) = (self.narrowest_m.min(kept_m), self.widest_m.max(kept_m));
+        self.span.add(kept_m);
         kept_m
     }
 
-    /// The narrowest and the widest that there were, m.
+    /// Tells the surface how narrow and how wide it has become.
     #[inline(always)]
-    pub(super) fn span_m(&self) -> (f32, f32) {
+    pub(super) fn note(&self, surface: &mut Surface) {
+        self.span.note(surface);
+    }
+}
+
+/// The narrowest and the widest radii that a surface was given, eight by eight, m.
+#[derive(Clone, Copy)]
+pub(super) struct Span<S: Simd> {
+    narrowest_m: f32x8<S>,
+    widest_m: f32x8<S>,
+}
+
+impl<S: Simd> Span<S> {
+    /// That of no radius.
+    #[inline(always)]
+    pub(super) fn none(simd: S) -> Self {
+        Self { narrowest_m: splat(simd, f32::MAX), widest_m: splat(simd, 0.0) }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, radii_m: f32x8<S>) {
+        (self.narrowest_m, self.widest_m) = (self.narrowest_m.min(radii_m), self.widest_m.max(radii_m));
+    }
+
+    /// Gives elements above one another eight radii from one of them on, or as many as there are.
+    #[inline(always)]
+    pub(super) fn put(&mut self, elements_m: &mut [f32], at: usize, radii_m: f32x8<S>) {
+        let simd = radii_m.simd;
+        match elements_m[at..].first_chunk_mut::<LANES>() {
+            Some(eight) => {
+                self.add(radii_m);
+                *eight = radii_m.to_array();
+            }
+            None => {
+                let last_m = &mut elements_m[at..];
+                for (last_m, radius_m) in last_m.iter_mut().zip(radii_m.to_array()) {
+                    *last_m = radius_m;
+                    self.add(splat(simd, radius_m));
+                }
+            }
+        }
+    }
+
+    /// Tells the surface.
+    #[inline(always)]
+    pub(super) fn note(&self, surface: &mut Surface) {
         let (narrowest_m, widest_m) = (self.narrowest_m.to_array(), self.widest_m.to_array());
-        (narrowest_m.into_iter().fold(f32::MAX, f32::min), widest_m.into_iter().fold(f32::MIN, f32::max))
+        surface.note_span(narrowest_m.into_iter().fold(f32::MAX, f32::min), widest_m.into_iter().fold(0.0, f32::max));
+    }
+}
+
+/// Eight of elements above one another from one of them on, or the last ones, m.
+#[inline(always)]
+pub(super) fn eight<S: Simd>(simd: S, elements_m: &[f32], at: usize) -> f32x8<S> {
+    match elements_m[at..].first_chunk::<LANES>() {
+        Some(eight) => f32x8::load_array_ref(simd, eight),
+        None => load(simd, &elements_m[at..]),
     }
 }
 
@@ -119,8 +171,7 @@ impl<'a, S: Simd> Moved<'a, S> {
 impl<S: Simd> Drop for Moved<'_, S> {
     #[inline(always)]
     fn drop(&mut self) {
-        let (narrowest_m, widest_m) = self.bounds.span_m();
-        self.surface.note_span(narrowest_m, widest_m);
+        self.bounds.note(self.surface);
     }
 }
 
@@ -154,11 +205,11 @@ impl<S: Simd> Taker<S> for Mover<S> {
         let reached_m = f32x8::load_array_ref(push_m.simd, lanes) + push_m;
         *lanes = if INWARDS {
             let kept_m = reached_m.max(self.low_m);
-            self.narrowest_m = self.narrowest_m.min(kept_m);
+            self.span.narrowest_m = self.span.narrowest_m.min(kept_m);
             kept_m
         } else {
             let kept_m = reached_m.min(self.high_m);
-            self.widest_m = self.widest_m.max(kept_m);
+            self.span.widest_m = self.span.widest_m.max(kept_m);
             kept_m
         }
         .to_array();

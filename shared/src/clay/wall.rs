@@ -5,7 +5,8 @@
 
 use core::f32::consts::TAU;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, load, numbers, splat};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, splat};
+use super::uptake::{Span, eight};
 use super::{Footprint, Pot, PotSpec, Surface};
 use crate::tool::Side;
 
@@ -26,15 +27,36 @@ struct Pushes<S: Simd> {
     inner_m: [f32x8<S>; 2],
 }
 
-/// What holds for every element, m.
-#[derive(Clone, Copy)]
+/// What holds for every element, m, and how narrow and wide either skin becomes.
 struct Limits<S: Simd> {
     outer_m: [f32x8<S>; 2],
     inner_m: [f32x8<S>; 2],
     thinnest_m: f32x8<S>,
+    spans: [Span<S>; 2],
 }
 
 impl<S: Simd> Limits<S> {
+    #[inline(always)]
+    fn of(simd: S, wall: &Wall<'_>) -> Self {
+        let bounds = |surface: &Surface| {
+            let (low_m, high_m) = surface.bounds_m();
+            [splat(simd, low_m), splat(simd, high_m)]
+        };
+        Self {
+            outer_m: bounds(wall.outer),
+            inner_m: bounds(wall.inner),
+            thinnest_m: splat(simd, PotSpec::WALL_MIN.0),
+            spans: [Span::none(simd); 2],
+        }
+    }
+
+    /// Tells the skins how narrow and wide they have become.
+    #[inline(always)]
+    fn note(&self, wall: &mut Wall<'_>) {
+        self.spans[0].note(wall.outer);
+        self.spans[1].note(wall.inner);
+    }
+
     /// Where skins go.
     #[inline(always)]
     fn moved(&self, [outer_m, inner_m]: [f32x8<S>; 2], pushes: &Pushes<S>) -> [f32x8<S>; 2] {
@@ -50,15 +72,6 @@ impl<S: Simd> Limits<S> {
     }
 }
 
-/// Eight numbers from one on, or the last ones.
-#[inline(always)]
-fn eight<S: Simd>(simd: S, all: &[f32], at: usize) -> f32x8<S> {
-    match all[at..].first_chunk::<LANES>() {
-        Some(eight) => f32x8::load_array_ref(simd, eight),
-        None => load(simd, &all[at..]),
-    }
-}
-
 impl Wall<'_> {
     /// Moves the elements that a footprint may displace by the strongest pushes, `[columns][rows]` of the whole grid, on the outer skin inwards and
     /// outwards and on the inner one, which are cleared.
@@ -66,6 +79,7 @@ impl Wall<'_> {
     pub(super) fn push<S: Simd>(&mut self, simd: S, footprint: &Footprint, pushes_m: [&mut [f32]; 4]) {
         let window = footprint.window();
         let shape = self.outer.shape();
+        let mut limits = Limits::of(simd, self);
         let [into_m, up_m, back_m, out_m] = pushes_m;
         for (local, column) in (0..).zip(window.grid_columns(shape)) {
             let (span, deltas_m) = footprint.span(local);
@@ -77,7 +91,7 @@ impl Wall<'_> {
             {
                 let [into_m, up_m, back_m, out_m] = pushes_m.each_ref();
                 self.push_run(
-                    simd,
+                    &mut limits,
                     (column, first_row as u32, rows),
                     #[inline(always)]
                     |at| Pushes {
@@ -88,18 +102,20 @@ impl Wall<'_> {
             }
             pushes_m.into_iter().for_each(|pushes_m| pushes_m.fill(0.0));
         }
+        limits.note(self);
     }
 
     /// Moves the elements of the only footprint there is.
     #[inline(always)]
     pub(super) fn push_alone<S: Simd>(&mut self, simd: S, footprint: &Footprint, side: Side) {
         let window = footprint.window();
+        let mut limits = Limits::of(simd, self);
         let none = splat(simd, 0.0);
         let follows = splat(simd, footprint.follows);
         for (local, column) in (0..).zip(window.grid_columns(self.outer.shape())) {
             let (span, deltas_m) = footprint.span(local);
             self.push_run(
-                simd,
+                &mut limits,
                 (column, window.first_row + span.start as u32, deltas_m.len()),
                 #[inline(always)]
                 |at| {
@@ -116,54 +132,25 @@ impl Wall<'_> {
                 },
             );
         }
+        limits.note(self);
     }
 
     /// Moves elements above one another, from a row of a column on so many; `pushes` tells of eight from one of them on.
     #[inline(always)]
     fn push_run<S: Simd>(
         &mut self,
-        simd: S,
+        limits: &mut Limits<S>,
         (column, first_row, rows): (u32, u32, usize),
         pushes: impl Fn(usize) -> Pushes<S>,
     ) {
-        let bounds = |surface: &Surface| {
-            let (low_m, high_m) = surface.bounds_m();
-            [splat(simd, low_m), splat(simd, high_m)]
-        };
-        let limits = Limits {
-            outer_m: bounds(self.outer),
-            inner_m: bounds(self.inner),
-            thinnest_m: splat(simd, PotSpec::WALL_MIN.0),
-        };
-        let mut spans_m = [[splat(simd, f32::MAX), splat(simd, 0.0)]; 2];
+        let simd = limits.thinnest_m.simd;
         let outer_m = self.outer.run_mut(column, first_row, rows);
         let inner_m = self.inner.run_mut(column, first_row, rows);
         for at in (0..rows).step_by(LANES) {
             let skins_m = [eight(simd, outer_m, at), eight(simd, inner_m, at)];
             let skins_m = limits.moved(skins_m, &pushes(at));
-            for ((all_m, skin_m), [narrowest_m, widest_m]) in
-                [&mut *outer_m, &mut *inner_m].into_iter().zip(skins_m).zip(&mut spans_m)
-            {
-                *widest_m = widest_m.max(skin_m);
-                match all_m[at..].first_chunk_mut::<LANES>() {
-                    Some(eight) => {
-                        *narrowest_m = narrowest_m.min(skin_m);
-                        *eight = skin_m.to_array();
-                    }
-                    None => {
-                        let last_m = &mut all_m[at..];
-                        last_m.copy_from_slice(&skin_m.to_array()[..rows - at]);
-                        let least_m = last_m.iter().copied().fold(f32::MAX, f32::min);
-                        *narrowest_m = narrowest_m.min(splat(simd, least_m));
-                    }
-                }
-            }
-        }
-        for (surface, [narrowest_m, widest_m]) in [&mut *self.outer, &mut *self.inner].into_iter().zip(spans_m) {
-            surface.note_span(
-                narrowest_m.to_array().into_iter().fold(f32::MAX, f32::min),
-                widest_m.to_array().into_iter().fold(0.0, f32::max),
-            );
+            limits.spans[0].put(outer_m, at, skins_m[0]);
+            limits.spans[1].put(inner_m, at, skins_m[1]);
         }
     }
 }
