@@ -5,6 +5,7 @@
 //! Invariant: pure arithmetic on three measures of the pot, so that a pot bends the same, bit for bit, everywhere; what a load
 //! at one height does at another is what it does the other way round (Maxwell and Betti).
 
+use super::lanes::{hypot, root};
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 
@@ -126,7 +127,7 @@ impl WallBending {
         let harmonic = HARMONICS as f32 - 1.0;
         let waves = (harmonic + 0.5) * away_rad.abs();
         all += last * left_out(harmonic) * (1.0 + waves) * libm::expf(-waves);
-        let distance_m = libm::hypotf(away_rad * self.middle_m(), at[1] - load[1]);
+        let distance_m = hypot(away_rad * self.middle_m(), at[1] - load[1]);
         all - self.plate().patch(distance_m, patch_m)
     }
 
@@ -138,7 +139,7 @@ impl WallBending {
 
     /// How far two places, each an angle and a height, are from each other along the untouched wall, m.
     pub(super) fn distance_m(&self, one: [f32; 2], other: [f32; 2]) -> f32 {
-        libm::hypotf(nearest_turn(one[0] - other[0]) * self.middle_m(), one[1] - other[1])
+        hypot(nearest_turn(one[0] - other[0]) * self.middle_m(), one[1] - other[1])
     }
 
     /// Thickness with which it was made, m.
@@ -148,7 +149,7 @@ impl WallBending {
 
     /// Length within which a shell bends, m: `√(R·t)`.
     pub(super) fn length_m(&self) -> f32 {
-        libm::sqrtf(self.middle_m() * self.wall_m)
+        root(self.middle_m() * self.wall_m)
     }
 
     /// Radius of the middle surface, m.
@@ -242,7 +243,7 @@ impl Bend {
             all += share * now;
             (before, now) = (now, 2.0 * cosine * now - before);
         }
-        let distance_m = libm::hypotf(nearest_turn(away_rad) * self.radius_m, z_m - self.z_m);
+        let distance_m = hypot(nearest_turn(away_rad) * self.radius_m, z_m - self.z_m);
         all + self.about_m(distance_m)
     }
 
@@ -263,7 +264,7 @@ impl Bend {
                 let shell_m: f32 =
                     place.weights.iter().zip(&nodes_m[place.first..]).map(|(weight, node_m)| weight * node_m).sum();
                 let up_m = z_m - self.z_m;
-                let distance_m = libm::sqrtf(aside_m * aside_m + up_m * up_m);
+                let distance_m = root(aside_m * aside_m + up_m * up_m);
                 let near_m = if distance_m < ends_m { self.about_m(distance_m) } else { 0.0 };
                 *all_m += shell_m + near_m;
             }

@@ -70,7 +70,7 @@ impl Pot {
     pub(super) fn fold(&mut self, vectors: Vectors, fold: &Fold, mut touched: impl FnMut(usize, Window)) {
         let (even_m, PotSpec { radius, wall, .. }) = (even_m(self.spec()), *self.spec());
         let middle_m = radius.0 - 0.5 * wall.0;
-        let reach_m = REACH * libm::sqrtf(middle_m * wall.0);
+        let reach_m = REACH * root(middle_m * wall.0);
         let [outer, inner, folds] = self.surfaces_mut() else { return };
         let sign = if fold.inwards_m < 0.0 { -1.0 } else { 1.0 };
         with_vectors!(vectors, simd => {

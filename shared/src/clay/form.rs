@@ -4,6 +4,7 @@
 //! Invariant: a form holds as much clay as a cylinder of its specification's radius and height, so that it is as high as it was made
 //! until somebody presses it; one whose radii no pot of its specification may have is not made.
 
+use super::lanes::root;
 use super::{Pot, PotError, PotSpec, Support};
 use crate::units::Metres;
 
@@ -64,12 +65,12 @@ impl Form {
             // a quarter of an ellipse, cut off above its vertex, where the wall would lie flat
             Self::Bowl => {
                 let part = 0.1 + 0.9 * share;
-                libm::sqrtf(part * (2.0 - part))
+                root(part * (2.0 - part))
             }
             Self::Bottle => 0.72 + 0.28 * smooth(0.0, 0.35) - 0.62 * smooth(0.45, 0.82) + 0.06 * smooth(0.9, 1.0),
             Self::Ball => {
                 let height = 1.6 * (share - 0.5);
-                libm::sqrtf(1.0 - height * height)
+                root(1.0 - height * height)
             }
         }
     }
@@ -105,7 +106,7 @@ impl Form {
     fn cylinder_m(self, spec: &PotSpec, widest_m: f32) -> f32 {
         let [mean, mean_square] = self.means(spec.shape.rows());
         match spec.support {
-            Support::Backed => widest_m * libm::sqrtf(mean_square),
+            Support::Backed => widest_m * root(mean_square),
             Support::Hollow => widest_m * mean,
         }
     }
@@ -121,7 +122,7 @@ impl Form {
             Support::Backed => libm::cbrtf(height_m * radius_m * radius_m / (relation * mean_square)),
             Support::Hollow => {
                 let clay_m2 = height_m * (2.0 * radius_m - wall_m);
-                (wall_m + libm::sqrtf(wall_m * wall_m + 8.0 * mean * clay_m2 / relation)) / (4.0 * mean)
+                (wall_m + root(wall_m * wall_m + 8.0 * mean * clay_m2 / relation)) / (4.0 * mean)
             }
         }
     }

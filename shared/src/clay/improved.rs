@@ -3,7 +3,7 @@
 //! Owns the propagation over square hulls; contact and force are the original's.
 //! Invariant: the work of a press is bounded by its contact's boundary times the reach of the kernel.
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, splat, with_vectors};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, hypot, root, splat, with_vectors};
 use super::window::Boundary;
 use super::{Contact, Footprint, Method, Pot, Press, Surface, Window, original};
 
@@ -27,7 +27,7 @@ pub struct ImprovedCsem;
 
 /// δ at which the kernel falls below the threshold, m.
 fn reach_m() -> f32 {
-    libm::sqrtf(1.0 / THRESHOLD - 1.0) / PROPAGATION_PER_M
+    root(1.0 / THRESHOLD - 1.0) / PROPAGATION_PER_M
 }
 
 /// l/ΔS_r at distance δ.
@@ -40,12 +40,13 @@ impl Method for ImprovedCsem {
     fn press(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {
         let surface = pot.met_from(press.side);
         let shape = surface.shape();
-        let halo_rows = (reach_m() / surface.row_height_m()) as u32;
+        let reach_m = reach_m();
+        let halo_rows = (reach_m / surface.row_height_m()) as u32;
         let smallest_arc = shape.column_angle_rad() * surface.bounds_m().0;
         let tool_m = footprint.scratch.reach_m(press.tool);
-        let nearest = (libm::hypotf(press.centre_m.x, press.centre_m.y) - tool_m) * 0.5;
+        let nearest = (hypot(press.centre_m.x, press.centre_m.y) - tool_m) * 0.5;
         let halo_arc = (shape.column_angle_rad() * nearest).max(smallest_arc);
-        let halo_columns = ((reach_m() / halo_arc) as u32).min(shape.columns() / 2);
+        let halo_columns = ((reach_m / halo_arc) as u32).min(shape.columns() / 2);
         // one at least, or neighbours that are farther away than the kernel reaches would not be seen to be untouched
         let margin = (halo_columns.max(1), halo_rows.max(1));
         let contact = original::touch(surface, press, margin, footprint);
@@ -62,7 +63,7 @@ impl Method for ImprovedCsem {
             kernel(distance_m)
         }));
         scratch.row_kernel.resize(scratch.row_kernel.len() + LANES, 0.0);
-        let hulls = Hulls { columns: halo_columns, rows: halo_rows, row_kernel: &scratch.row_kernel };
+        let hulls = Hulls { reach_m, columns: halo_columns, rows: halo_rows, row_kernel: &scratch.row_kernel };
         with_vectors!(scratch.vectors, simd => hulls.propagate_all(simd, surface, &scratch.boundary, footprint));
         footprint.scratch = scratch;
         contact
@@ -104,6 +105,7 @@ fn gather_boundary(surface: &Surface, met: Window, footprint: &Footprint, bounda
 
 /// The hulls round an element, as far as any of a press goes.
 struct Hulls<'a> {
+    reach_m: f32,
     columns: u32,
     rows: u32,
     /// l/ΔS_r from the lowest row to the highest, with [`LANES`] zeros before and after it.
@@ -127,7 +129,7 @@ impl Hulls<'_> {
         let window = footprint.window();
         let whole_ring = window.columns == surface.shape().columns();
         let arc_m = surface.shape().column_angle_rad() * element.radius_m;
-        let reach_columns = ((reach_m() / arc_m) as u32).min(self.columns);
+        let reach_columns = ((self.reach_m / arc_m) as u32).min(self.columns);
         let first = element.row.saturating_sub(self.rows) as usize / LANES;
         let end = ((element.row + self.rows + 1).min(window.rows) as usize).div_ceil(LANES);
         let start = LANES + self.rows as usize + first * LANES - element.row as usize;

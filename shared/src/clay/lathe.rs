@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use core::f32::consts::TAU;
 
 use super::ellipse::Step;
-use super::lanes::LANES;
+use super::lanes::{LANES, hypot, root};
 use super::profile::{Pass, Profile, thread};
 use super::{Contact, PlasticCsem, Press, Support, Surface, Window};
 use crate::tool::Side;
@@ -184,7 +184,7 @@ impl Lathe {
         if press.side == Side::Inside || depth_m <= 0.0 || distance_m < Self::DISTANCE_MIN * radius_m {
             return None;
         }
-        let contact_m = 2.0 * libm::sqrtf(2.0 * radius_m * depth_m - depth_m * depth_m);
+        let contact_m = 2.0 * root(2.0 * radius_m * depth_m - depth_m * depth_m);
         let pass = contact_m / widest_m / self.path.step_rad.abs() * -libm::log1pf(-press.response);
         let holds = pass <= Self::PASS_MAX;
         holds.then_some([Self::CUSPS / (contact_m * contact_m), Self::EVEN * pass / depth_m])
@@ -227,7 +227,7 @@ impl Lathe {
                     let radius_m = self.profile.radii_m[row];
                     if radius_m != self.taken_m[row] {
                         let square_m2 = radius_m * (radius_m + self.profile.fall_m[row] * place);
-                        surface.set_radius(column, row as u32, libm::sqrtf(square_m2.max(0.0)));
+                        surface.set_radius(column, row as u32, root(square_m2.max(0.0)));
                     }
                 }
             }
@@ -315,7 +315,7 @@ impl Lathe {
     fn take_rows(&mut self, surface: &Surface, press: &Press, from: usize, to: usize) -> bool {
         let radius_m = radius_m(press);
         let depth_m = (self.widest_m - self.path.at_m[1] + radius_m).clamp(0.0, radius_m);
-        let contact_rad = libm::sqrtf(2.0 * radius_m * depth_m - depth_m * depth_m) / self.widest_m;
+        let contact_rad = root(2.0 * radius_m * depth_m - depth_m * depth_m) / self.widest_m;
         self.fill_threads(surface, contact_rad);
         let columns = f64::from(surface.shape().columns());
         let thread2: f64 = self.threads.iter().map(|place| f64::from(place * place)).sum();
@@ -367,7 +367,7 @@ impl Lathe {
         };
         self.contact = self.profile.advance(&self.law, &pass);
         let ([x, y], force) = (self.path.place_m, self.contact.force_n);
-        let across = libm::hypotf(x, y);
+        let across = hypot(x, y);
         let (cos, sin) = (x / across, y / across);
         let along = force.y * pending.turned_rad.signum();
         self.contact.force_n.x = force.x * cos - along * sin;
@@ -396,7 +396,7 @@ fn widest(radii_m: &[f32]) -> f32 {
 /// Height of a tool and its distance from the axis, m.
 fn at_m(press: &Press) -> [f32; 2] {
     let centre_m = press.centre_m;
-    [centre_m.z, libm::sqrtf(centre_m.x * centre_m.x + centre_m.y * centre_m.y)]
+    [centre_m.z, root(centre_m.x * centre_m.x + centre_m.y * centre_m.y)]
 }
 
 /// Ticks of a tool that the profile has not seen yet: the first of them, and what has come together since.

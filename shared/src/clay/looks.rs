@@ -7,7 +7,7 @@ use super::contact::{Column, Contacts};
 use super::ellipse::Step;
 use super::faceted::Cutter;
 use super::joint::{Joint, Standing};
-use super::lanes::{Simd, SimdBase, apart, splat, sum};
+use super::lanes::{Simd, SimdBase, apart, root, splat, sum};
 use super::plastic::{At, Spot, outwards};
 use super::rays::Glance;
 use super::series::{Braced, GivenWay, Hinge, Seen};
@@ -221,9 +221,5 @@ fn borne<S: Simd>(simd: S, press: &Press, spot: &Spot, contacts: &Contacts) -> B
     let (sin, cos) = libm::sincosf(contacts.angle_rad);
     let deep = sum(deep);
     let [mean, second] = [away, away2].map(|lanes| sum(lanes) / deep);
-    Borne {
-        carried: sum(x) * cos + sum(y) * sin,
-        all: sum(all),
-        half_rad: libm::sqrtf(6.0 * (second - mean * mean).max(0.0)),
-    }
+    Borne { carried: sum(x) * cos + sum(y) * sin, all: sum(all), half_rad: root(6.0 * (second - mean * mean).max(0.0)) }
 }

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 
+use super::lanes::root;
 use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, Part, PlasticCsem, PlasticLaw, Pot, Press, Support, Surface};
 
 /// What a press meets: the force on the tool and how much clay it touches.
@@ -68,7 +69,7 @@ impl Sink {
     /// How the whole wall bends with it, to be added to its depth; nothing on a backed wall.
     #[must_use]
     pub fn bend(&self, surface: &Surface) -> Option<Bend> {
-        let patch_m = libm::sqrtf(self.half_arc_m * self.half_height_m);
+        let patch_m = root(self.half_arc_m * self.half_height_m);
         surface
             .bending()
             .map(|bending| bending.under(self.load_m2 * self.softer, self.hinge_m, self.angle_rad, self.z_m, patch_m))
@@ -86,7 +87,7 @@ impl Sink {
             1.0 - q2 * (near + edge * q2 * q2)
         } else if self.support == Support::Hollow {
             let over = 1.0 / q2;
-            0.5 * libm::sqrtf(over) * (1.0 + over * (0.125 + 0.15 * over * over * over))
+            0.5 * root(over) * (1.0 + over * (0.125 + 0.15 * over * over * over))
         } else if q2 < Self::END {
             (1.0 - near - edge) * (Self::END - q2) / ((Self::END - 1.0) * (1.0 + (q2 - 1.0) / self.width))
         } else {

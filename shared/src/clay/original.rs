@@ -7,7 +7,9 @@
 use glam::Vec3;
 
 use super::contact::{Chunk, Column, Contacts, turned};
-use super::lanes::{Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, apart, f32x8, only, splat, sum, with_vectors};
+use super::lanes::{
+    Eight, LANES, Simd, SimdBase, SimdFloat, SimdMask, apart, f32x8, only, root, splat, sum, with_vectors,
+};
 use super::{Contact, Footprint, Method, Pot, Press, Surface};
 use crate::tool::Side;
 
@@ -162,7 +164,9 @@ impl<S: Simd> Sums<S> {
         let units = UNITS_PER_HEIGHT / surface.height_m();
         let [point, line] = self.directions.map(|axes| Vec3::from_array(axes.map(sum)));
         let point = point / size * (POINT_STIFFNESS * units / surface.shape().elements() as f32);
-        let line = line.normalize_or_zero() * (LINE_STIFFNESS * units * self.line_deepest);
+        let shorter = 1.0 / root(line.length_squared());
+        let line = if shorter.is_finite() { line * shorter } else { Vec3::ZERO };
+        let line = line * (LINE_STIFFNESS * units * self.line_deepest);
         let drag = ROTATION_STIFFNESS * units * deepest_m * f32::from(press.turning);
         Contact {
             force_n: point + line + turned(Vec3::new(0.0, drag, 0.0), angle_rad),

@@ -9,7 +9,7 @@ use super::bending::POISSON;
 use super::contact::{Column, Contacts};
 use super::ellipse::{Ellipse, Moments, Step};
 use super::folds::Fold;
-use super::lanes::{Simd, SimdBase, apart, f32x8, root, splat, sum, with_vectors};
+use super::lanes::{Simd, SimdBase, apart, f32x8, hypot, root, splat, sum, with_vectors};
 use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::looks::find;
 use super::rim::{Rim, RimShape};
@@ -166,7 +166,7 @@ impl PlasticCsem {
         });
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
         let newtons = pressure_pa * step.element_rad_m;
-        let level = libm::hypotf(carried.normals.x, carried.normals.y);
+        let level = hypot(carried.normals.x, carried.normals.y);
         let contact = Contact {
             force_n: normals * newtons,
             held_n: (carried.all - level).max(0.0) * newtons,
@@ -321,7 +321,7 @@ impl Slide {
         // the sine of a small angle, at the clay
         let along_m = (from_m.x * to_m.y - from_m.y * to_m.x) / distance_m2.max(1e-12) * spot.radius_m;
         let up_m = to_m.z - from_m.z;
-        let moved_m = libm::hypotf(along_m, up_m);
+        let moved_m = hypot(along_m, up_m);
         // from nowhere is not from somewhere along the clay
         if moved_m < 1e-7 || !moved_m.is_finite() {
             return Self::default();
@@ -438,7 +438,7 @@ impl Spot {
         let ellipse = &self.ellipse;
         let Slide { along, up, share } = self.slide;
         let [near, edge] = self.bowl;
-        let half_m = libm::hypotf(up * ellipse.half_arc_m, along * ellipse.half_height_m).max(f32::MIN_POSITIVE);
+        let half_m = hypot(up * ellipse.half_arc_m, along * ellipse.half_height_m).max(f32::MIN_POSITIVE);
         Bed {
             across_per_m: 1.0 / ellipse.half_arc_m,
             across: ellipse.arc_m / ellipse.half_arc_m,

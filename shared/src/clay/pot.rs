@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 
 use glam::Vec3;
 
+use super::lanes::hypot;
 use super::{Digest, GridError, GridShape, Surface, WallBending, Window, folds};
 use crate::tool::Side;
 use crate::units::Metres;
@@ -266,7 +267,7 @@ impl Pot {
             surface.column_m(shape.wrap(column as i64))[row as usize] - surface.inset_m(side)
         };
         let radius_m = 0.5 * (face_m(Side::Outside) + face_m(Side::Inside));
-        if libm::hypotf(point_m.x, point_m.y) < radius_m { Side::Inside } else { Side::Outside }
+        if hypot(point_m.x, point_m.y) < radius_m { Side::Inside } else { Side::Outside }
     }
 
     /// Volume within the outermost surface, m³.

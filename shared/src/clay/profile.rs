@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::ellipse::{Ellipse, Step};
 use super::lanes::{
-    LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, Vectors, counted, f32x8, only, positive, splat, sum,
+    LANES, Select, Simd, SimdBase, SimdFloat, SimdMask, Vectors, counted, f32x8, only, positive, root, splat, sum,
     with_vectors,
 };
 use super::plastic::{Bed, Behind, Met, Slide, Spot};
@@ -251,7 +251,7 @@ impl Profile {
             }
         }
         let ellipse = self.ellipse([all, radii, arcs, arcs2, aboves, aboves2], 4.0)?;
-        Some((ellipse, libm::sqrtf(2.0 * sum(slopes) * self.step.row_m / ellipse.content)))
+        Some((ellipse, root(2.0 * sum(slopes) * self.step.row_m / ellipse.content)))
     }
 
     /// The ellipse of weights and of their products with radius, arc, arc², height and height².
@@ -263,7 +263,7 @@ impl Profile {
         }
         let [radius, arc, arc2, above, above2] = [radius, arc, arc2, above, above2].map(|of| of / all);
         let (column_m, row_m) = (self.step.column_rad * radius, self.step.row_m);
-        let half = |variance: f32, width2: f32| libm::sqrtf(spread * (variance.max(0.0) + width2));
+        let half = |variance: f32, width2: f32| root(spread * (variance.max(0.0) + width2));
         Some(Ellipse {
             content: all * row_m,
             radius_m: radius,

@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 
 use super::faceted::Cutter;
 use super::folds::Fold;
-use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, with_vectors};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, hypot, numbers, root, with_vectors};
 use super::wall::Wall;
 use super::{Contact, Footprint, GridShape, Material, Method, Pot, Strength, Surface, Vectors, Window};
 use crate::tool::{ConvexTool, Pose, Side, Tool, rack};
@@ -85,7 +85,7 @@ impl Press {
             Side::Inside => by_m,
         };
         let moved = |at: Vec3| {
-            let times = 1.0 + by_m / libm::hypotf(at.x, at.y).max(by_m.abs());
+            let times = 1.0 + by_m / hypot(at.x, at.y).max(by_m.abs());
             Vec3::new(at.x * times, at.y * times, at.z)
         };
         Self { centre_m: moved(self.centre_m), from_m: self.from_m.map(moved), ..*self }
@@ -102,7 +102,7 @@ impl Press {
                 None => return 1,
             },
         };
-        let longest_m = (radius_m / 3.0).min(libm::sqrtf(8.0 * Self::RIDGE_M * radius_m));
+        let longest_m = (radius_m / 3.0).min(root(8.0 * Self::RIDGE_M * radius_m));
         let parts = libm::ceilf(self.centre_m.distance(from_m) / longest_m);
         if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
     }
@@ -116,7 +116,7 @@ impl Press {
         let response = 1.0 - libm::powf(1.0 - self.response, 1.0 / parts as f32);
         let (Some(from_m), true) = (self.from_m, number < parts) else { return Self { response, ..*self } };
         let share = number as f32 / parts as f32;
-        let polar = |at: Vec3| (libm::hypotf(at.x, at.y), libm::atan2f(at.y, at.x));
+        let polar = |at: Vec3| (hypot(at.x, at.y), libm::atan2f(at.y, at.x));
         let ((near, begin), (far, end)) = (polar(from_m), polar(self.centre_m));
         let turn = end - begin;
         let turn = turn - core::f32::consts::TAU * libm::roundf(turn / core::f32::consts::TAU);

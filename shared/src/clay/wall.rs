@@ -5,7 +5,7 @@
 
 use core::f32::consts::TAU;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, splat};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, root, splat};
 use super::uptake::{Span, eight};
 use super::{Footprint, Pot, PotSpec, Surface};
 use crate::tool::Side;
@@ -168,7 +168,7 @@ impl Pot {
     pub fn thickness_about(&self, angle_rad: f32, z_m: f32) -> f32 {
         let [outer, inner, ..] = self.surfaces() else { return 1.0 };
         let PotSpec { radius, wall, .. } = *self.spec();
-        let reach_m = libm::sqrtf(radius.0 * wall.0);
+        let reach_m = root(radius.0 * wall.0);
         let (shape, row_m) = (outer.shape(), outer.row_height_m());
         let last = (shape.rows() - 1) as f32;
         let [low, high] = [z_m - reach_m, z_m + reach_m].map(|end_m| (end_m / row_m).clamp(0.0, last));

@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use super::facets::{Facets, Link, after};
 use super::ridges::Ridges;
+use crate::lanes::root;
 use crate::units::Metres;
 
 /// Why triangles do not make a convex tool.
@@ -189,7 +190,7 @@ impl ConvexTool {
         let normals = normals(&mesh, &links).ok_or(thin(Metres(0.0)))?;
         check_planes(&mesh, &normals)?;
         let corners_m: Vec<Vec4> = mesh.corners_m.iter().map(|corner| (*corner - centre_m).extend(0.0)).collect();
-        let reach_m = |corner: &Vec4| libm::sqrtf(corner.x * corner.x + corner.y * corner.y + corner.z * corner.z);
+        let reach_m = |corner: &Vec4| root(corner.x * corner.x + corner.y * corner.y + corner.z * corner.z);
         let radius = Metres(corners_m.iter().map(reach_m).fold(0.0, f32::max));
         check_size(radius.0, 1.0)?;
         let bluntness = Metres((3.0 * volume_m3 / area_m2(&mesh)) as f32);

@@ -8,6 +8,7 @@ use core::f32::consts::TAU;
 use glam::{Quat, Vec3};
 
 use super::Pose;
+use crate::lanes::hypot;
 
 /// How a tool is turned, seen from where it stands: x points away from the axis, y round it, z up.
 ///
@@ -50,7 +51,7 @@ impl Orientation {
     pub fn of(turn: Quat, place_m: Vec3) -> Option<Self> {
         let facing = Pose::about_z(turn, -f64::from(azimuth_rad(place_m)));
         let rotation = Pose { centre_m: Vec3::ZERO, orientation: facing }.turn()?;
-        let [down, across] = [-rotation.x_axis.z, libm::hypotf(rotation.x_axis.x, rotation.x_axis.y)];
+        let [down, across] = [-rotation.x_axis.z, hypot(rotation.x_axis.x, rotation.x_axis.y)];
         let pitch = libm::atan2f(down, across);
         // upright along x, yaw and roll are one angle
         let (yaw, roll) = if across > 1e-4 {

@@ -267,6 +267,21 @@ fn arrows_between_modules_make_no_circle() {
 }
 
 #[test]
+fn no_root_is_taken_among_vectors_without_them() {
+    // `lanes` says why, and has both
+    let core = root().join("shared/src");
+    let folders = ["clay", "tool"].map(|folder| core.join(folder));
+    let modules = folders.iter().flat_map(|folder| files(folder, &["rs"]));
+    let mut broken = Vec::new();
+    for path in modules {
+        let text = read(&path);
+        let found = ["libm::sqrtf", "libm::hypotf"].into_iter().filter(|called| text.contains(called));
+        broken.extend(found.map(|called| format!("{}: `{called}`", name(&path))));
+    }
+    assert_none("roots among vectors", &broken);
+}
+
+#[test]
 fn core_modules_use_only_what_they_may() {
     let mut broken = Vec::new();
     for (file, modules, tokens) in core_files() {
