@@ -89,19 +89,18 @@ impl Method for PlasticCsem {
     }
 
     fn displace(&self, pot: &mut Pot, press: &Press, footprint: &mut Footprint) -> Contact {
-        let mut scratch = core::mem::take(&mut footprint.scratch);
         footprint.reset(Window::default());
-        let contact = with_vectors!(scratch.vectors, simd => {
-            let answer = self.answer(simd, pot, press, &mut scratch);
+        with_vectors!(footprint.scratch.vectors, simd => {
+            let scratch = &mut footprint.scratch;
+            let answer = self.answer(simd, pot, press, scratch);
             if let Some(rim) = &answer.rim {
                 let surface = &mut pot.surfaces_mut()[0];
                 let on = (surface.shape(), Step::of(surface));
-                footprint.lay(lay(simd, rim, on, &mut scratch, Moved::on(simd, surface)));
+                let window = lay(simd, rim, on, scratch, Moved::on(simd, surface));
+                footprint.lay(window);
             }
             answer.contact_of(footprint)
-        });
-        footprint.scratch = scratch;
-        contact
+        })
     }
 
     fn feel(&self, pot: &Pot, press: &Press, footprint: &mut Footprint) -> Contact {

@@ -89,16 +89,16 @@ impl Touched {
         let layout = self.layouts[surface];
         let first_tile_row = window.first_row / TILE_SIDE;
         let last_tile_row = (window.first_row + window.rows - 1) / TILE_SIDE;
-        let mut previous = None;
-        for column in window.grid_columns(layout.shape) {
+        let (mut column, mut left) = (window.first_column, window.columns);
+        while left > 0 {
             let tile_column = column / TILE_SIDE;
-            if previous == Some(tile_column) {
-                continue;
-            }
-            previous = Some(tile_column);
             for tile_row in first_tile_row..=last_tile_row {
                 self.add(surface, tile_column * layout.tile_rows + tile_row);
             }
+            // the last one round the pot may be narrower
+            let end = ((tile_column + 1) * TILE_SIDE).min(layout.shape.columns());
+            left -= (end - column).min(left);
+            column = if end < layout.shape.columns() { end } else { 0 };
         }
     }
 

@@ -4,7 +4,9 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::Vec3;
-use pottery_shared::clay::{Conditions, GridShape, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel};
+use pottery_shared::clay::{
+    Conditions, GridShape, MethodKind, Phase, Pot, PotSpec, Press, SubStep, Surface, Wheel, Window,
+};
 use pottery_shared::snapshot::{
     Author, Band, Delta, Detail, Moment, QUANTUM_M, Quantum, Replica, SnapshotClock, SnapshotError, TILE_SIDE, Tier,
     TileLayout, Touched, Version,
@@ -461,5 +463,29 @@ fn a_keyframe_of_a_pot_that_four_tools_pressed_all_over_is_as_short_as_was_set_a
         let latest = origin.author.latest();
         replica.apply_keyframe(latest, Version(0), &whole, true, &mut no_tiles(&origin.pot)).unwrap();
         assert_eq!(replica.digest(), origin.author.digest(), "{what}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_window_touches_the_tiles_of_its_elements_and_no_others(
+        (columns, rows) in (17_u32..100, 17_u32..70),
+        (first_column, wide) in (0_u32..1000, 0_u32..1000),
+        (first_row, high) in (0_u32..1000, 0_u32..1000),
+    ) {
+        let shape = GridShape::new(columns, rows).unwrap();
+        let first_row = first_row % rows;
+        let window = Window {
+            first_column: first_column % columns,
+            columns: wide % (columns + 1),
+            first_row,
+            rows: high % (rows - first_row + 1),
+        };
+        let mut touched = Touched::none(std::iter::once(shape));
+        touched.add_window(0, window);
+        let layout = TileLayout::new(shape);
+        for tile in 0..layout.tiles() {
+            prop_assert_eq!(touched.holds(0, tile), window.meets(layout.window(tile), shape), "tile {}", tile);
+        }
     }
 }
