@@ -12,6 +12,7 @@ use pottery_shared::clay::{
 use pottery_shared::snapshot::{Author, Moment, Touched};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Rpm, Seconds, Tick};
+use pottery_tests::yardstick::literal::LiteralCsem;
 
 const STEPS: usize = 4000;
 /// Times that the same steps are done: they are the same work each time, so that what differs is the machine's doing.
@@ -25,6 +26,10 @@ const CASES: [([u32; 2], f32, f32); 6] = [
     ([360, 400], 30.0, 6.0),
     ([1440, 1600], 12.0, 2.0),
 ];
+
+/// The same for first steps: a few, three hundred and a thousand elements.
+const FIRST: [([u32; 2], f32, f32); 3] = [([360, 400], 6.0, 1.0), ([360, 400], 12.0, 1.3), ([360, 400], 25.0, 2.2)];
+const FIRST_STEPS: usize = 500;
 
 fn main() {
     println!(
@@ -44,6 +49,47 @@ fn main() {
             run(method, case);
         }
     }
+    println!(
+        "\nTimes in µs, p50, of a first step on untouched clay, where all methods touch the same elements; literal is the improved one to the letter."
+    );
+    println!("grid      tool_mm depth_mm elements original improved literal plastic literal/plastic");
+    for case in FIRST {
+        first_steps(case);
+    }
+}
+
+/// Times each method's first step in turn.
+fn first_steps(([columns, rows], tool_mm, depth_mm): ([u32; 2], f32, f32)) {
+    let shape = GridShape::new(columns, rows).expect("the grid is in range");
+    let untouched = Pot::new(PotSpec { shape, ..PotSpec::default() }).expect("the pot can be made");
+    let mut pot = untouched.clone();
+    let mut substep = SubStep::for_spheres(shape);
+    let tool = Sphere::new(Metres::from_mm(tool_mm)).expect("the tool is in range");
+    let mut times_us = [const { Vec::new() }; 4];
+    let mut elements = 0;
+    for step in 0..FIRST_STEPS {
+        let (sin, cos) = (step as f32).sin_cos();
+        let distance_m = (60.0 + tool_mm - depth_mm) * 1e-3;
+        let presses = [Press::held(tool, Vec3::new(distance_m * cos, distance_m * sin, 0.1))];
+        for (method, times_us) in times_us.iter_mut().enumerate() {
+            pot.copy_from(&untouched);
+            let begin = Instant::now();
+            let contacts = match method {
+                0 => substep.advance(&mut pot, &presses, MethodKind::Original, |_, _| {}),
+                1 => substep.advance(&mut pot, &presses, MethodKind::Improved, |_, _| {}),
+                2 => substep.advance(&mut pot, &presses, LiteralCsem, |_, _| {}),
+                _ => substep.advance(&mut pot, &presses, MethodKind::Plastic, |_, _| {}),
+            };
+            elements = black_box(contacts[0].elements);
+            times_us.push(begin.elapsed().as_secs_f64() * 1e6);
+        }
+    }
+    let [original, improved, literal, plastic] = times_us.map(|times_us| quantile(&sorted(times_us.into_iter()), 0.5));
+    println!(
+        "{:<9} {tool_mm:>7} {depth_mm:>8} {elements:>8} {original:>8.1} {improved:>8.1} {literal:>7.1} {plastic:>7.1} {:>15.1}",
+        format!("{columns}x{rows}"),
+        literal / plastic,
+    );
 }
 
 fn run(method: MethodKind, case: ([u32; 2], f32, f32)) {
