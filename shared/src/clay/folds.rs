@@ -6,9 +6,11 @@
 use glam::Vec3;
 
 use super::contact::nearest_turn;
-use super::lanes::{LANES, Select, Simd, SimdBase, SimdFloat, Vectors, counted, f32x8, root, splat, with_vectors};
+use super::lanes::{
+    LANES, Select, Simd, SimdBase, SimdFloat, Vectors, counted, eight, f32x8, root, splat, with_vectors,
+};
 use super::plastic::outwards;
-use super::uptake::{Span, eight};
+use super::uptake::Span;
 use super::{GridShape, Pot, PotSpec, Press, Surface, Window};
 
 /// Length within which a wall that has folded stays bent, over √(R·t): a cone that is as wide as what stays of the finite-element pot pressed

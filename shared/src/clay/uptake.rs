@@ -1,11 +1,11 @@
 //! Where the displacements of a press go: into a footprint, to be merged with others', or into the clay at once.
 //!
-//! Owns how eight elements take them up; what they are is the method's affair.
+//! Owns how eight elements take them up, and how a surface hears how narrow and wide it has become; what they are is the method's affair.
 //! Invariant: clay is the same to the bit on both ways.
 
 use core::ops::Range;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, load, splat};
+use super::lanes::{LANES, Simd, SimdBase, f32x8, splat};
 use super::{Footprint, Surface, Window};
 
 /// What takes up the displacements of a press, column by column of a window.
@@ -26,7 +26,10 @@ pub(super) trait Taker<S: Simd> {
     fn take(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>);
 
     /// The same of elements none of which is pushed the other way.
-    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>);
+    #[inline(always)]
+    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
+        self.take(lanes, push_m);
+    }
 }
 
 /// Displacements are noted.
@@ -58,11 +61,6 @@ impl<S: Simd> Uptake<S> for Noted<'_> {
 impl<S: Simd> Taker<S> for Note {
     #[inline(always)]
     fn take(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
-        *lanes = push_m.to_array();
-    }
-
-    #[inline(always)]
-    fn raise<const INWARDS: bool>(&mut self, lanes: &mut [f32; LANES], push_m: f32x8<S>) {
         *lanes = push_m.to_array();
     }
 }
@@ -148,15 +146,6 @@ impl<S: Simd> Span<S> {
     pub(super) fn note(&self, surface: &mut Surface) {
         let (narrowest_m, widest_m) = (self.narrowest_m.to_array(), self.widest_m.to_array());
         surface.note_span(narrowest_m.into_iter().fold(f32::MAX, f32::min), widest_m.into_iter().fold(0.0, f32::max));
-    }
-}
-
-/// Eight of elements above one another from one of them on, or the last ones, m.
-#[inline(always)]
-pub(super) fn eight<S: Simd>(simd: S, elements_m: &[f32], at: usize) -> f32x8<S> {
-    match elements_m[at..].first_chunk::<LANES>() {
-        Some(eight) => f32x8::load_array_ref(simd, eight),
-        None => load(simd, &elements_m[at..]),
     }
 }
 

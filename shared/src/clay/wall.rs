@@ -5,8 +5,8 @@
 
 use core::f32::consts::TAU;
 
-use super::lanes::{LANES, Simd, SimdBase, f32x8, numbers, root, splat};
-use super::uptake::{Span, eight};
+use super::lanes::{LANES, Simd, SimdBase, eight, f32x8, numbers, root, splat};
+use super::uptake::Span;
 use super::{Footprint, Pot, PotSpec, Surface};
 use crate::tool::Side;
 

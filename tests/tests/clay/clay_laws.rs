@@ -174,19 +174,19 @@ impl Left {
         Self { stroke, method, pot, contact, parts }
     }
 
-    /// Whether the ways of another stroke are cut into other parts, and no others than those of this one are that are longer or shorter by a hair:
-    /// `f32` places of 7 nm decide it where a way is as long as a whole number of parts may be. Ridges then lie elsewhere.
-    fn is_cut_otherwise_by_a_hair(&self, other: &Self) -> bool {
+    /// The strokes that are shorter and longer than this one by a hair, where the ways of another are cut into other parts, and no others than those of
+    /// these two: `f32` places of 7 nm decide it where a way is as long as a whole number of parts may be. Ridges then lie elsewhere.
+    fn cut_otherwise_by_a_hair(&self, other: &Self) -> Option<[Self; 2]> {
         if self.parts == other.parts {
-            return false;
+            return None;
         }
         let [shorter, longer] = [1.0 - 2e-5, 1.0 + 2e-5].map(|by| {
             let Stroke { turned_rad, raised_mm, .. } = self.stroke;
             Self::by(Stroke { turned_rad: turned_rad * by, raised_mm: raised_mm * by, ..self.stroke }, self.method)
-                .parts
         });
-        let cuts = shorter.iter().zip(&longer).zip(&other.parts);
-        cuts.into_iter().all(|((shorter, longer), parts)| [shorter, longer].contains(&parts))
+        let mut cuts = shorter.parts.iter().zip(&longer.parts).zip(&other.parts);
+        let is_cut_so = cuts.all(|((shorter, longer), parts)| [shorter, longer].contains(&parts));
+        is_cut_so.then_some([shorter, longer])
     }
 
     /// Fails unless another stroke leaves the same clay, seen through a change of places, and is felt as strongly.
@@ -197,12 +197,21 @@ impl Left {
     /// a step's push at one of hundreds of elements, and as little of a force that counts elements.
     fn assert_same(&self, other: Stroke, place: impl Fn(u32, u32) -> (u32, u32), what: &str) {
         let other = Self::by(other, self.method);
-        let excused = || self.is_cut_otherwise_by_a_hair(&other);
         let (rms_m, largest_m) = differences_m(&self.pot, &other.pot, place);
         let (of_travel, of_force) = if self.method == MethodKind::Original { (0.0, 1e-3) } else { (1.0, 5e-3) };
         let travel_m = of_travel * f64::from(self.stroke.depth_mm) * 1e-3;
-        let same = rms_m <= 2e-8 + 3e-3 * travel_m && largest_m <= 6e-8 + 0.1 * travel_m;
-        assert!(same || excused(), "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
+        let same = |[rms_more_m, largest_more_m]: [f64; 2]| {
+            rms_m <= 2e-8 + 3e-3 * travel_m + rms_more_m && largest_m <= 6e-8 + 0.1 * travel_m + largest_more_m
+        };
+        // where it is cut otherwise by a hair, by as much more as that makes and no further
+        let otherwise = || {
+            let [shorter, longer] = self.cut_otherwise_by_a_hair(&other)?;
+            let (rms_m, largest_m) = differences_m(&shorter.pot, &longer.pot, |column, row| (column, row));
+            let [shorter_n, longer_n] = [shorter, longer].map(|stroke| stroke.contact.force_n.length());
+            Some(([rms_m, largest_m], (shorter_n - longer_n).abs()))
+        };
+        let is_same = same([0.0; 2]) || otherwise().is_some_and(|(more_m, _)| same(more_m));
+        assert!(is_same, "{:?}, {what}: RMS {rms_m:e} m, largest {largest_m:e} m", self.method);
         let [here_n, there_n] = [self.contact, other.contact].map(|contact| contact.force_n.length());
         // where a tool grazes the foot, what is rounded away of its place is more of its force than that
         let by_a_hair_n = || {
@@ -210,8 +219,10 @@ impl Left {
             (deeper.pressed(self.method, 0.1, 20).1.force_n.length() - here_n).abs()
         };
         let apart_n = (here_n - there_n).abs();
-        let same = apart_n <= of_force * here_n || apart_n <= of_force * here_n + by_a_hair_n();
-        assert!(same || excused(), "{:?}, {what}: {here_n} and {there_n} N", self.method);
+        let is_same = apart_n <= of_force * here_n
+            || apart_n <= of_force * here_n + by_a_hair_n()
+            || otherwise().is_some_and(|(_, more_n)| apart_n <= of_force * here_n + more_n);
+        assert!(is_same, "{:?}, {what}: {here_n} and {there_n} N", self.method);
     }
 }
 
