@@ -6,15 +6,18 @@
 //! [`ConvexTool::RADIUS_MIN`] and [`ConvexTool::RADIUS_MAX`].
 
 mod convex;
+mod cut;
 mod facets;
 mod orientation;
 mod outline;
 pub mod rack;
+mod ray;
 mod ridges;
 mod section;
 
 pub use convex::{ConvexError, ConvexTool};
 pub use orientation::Orientation;
+pub(crate) use ray::Ray;
 pub(crate) use section::Eights;
 pub use section::{Extent, Lattice, Pose, Section, Sections, Sides};
 

@@ -296,23 +296,24 @@ impl Contacts {
     }
 
     /// Adds a column of chunks, if any of them is touched, and gives those that it keeps; before they are found, its range says how
-    /// many there are.
+    /// many there are. `found` writes a chunk, by its number and its heights above the tool's centre, and tells its penetrations, m.
     #[inline(always)]
     pub(super) fn add_column<S: Simd>(
         &mut self,
         column: Column,
-        found: impl FnMut(usize, &mut Chunk) -> f32x8<S>,
+        mut found: impl FnMut(usize, &Eight, &mut Chunk) -> f32x8<S>,
         tally: &mut Tally<S>,
     ) -> Option<Column> {
-        let kept = self.chunks.keep(&column, found, tally)?;
-        self.columns.push(kept);
+        let Self { columns, chunks, above_m, .. } = self;
+        let above_m = &above_m[column.heights()];
+        let kept = chunks.keep(
+            &column,
+            #[inline(always)]
+            |number, chunk| found(number, &above_m[number], chunk),
+            tally,
+        )?;
+        columns.push(kept);
         Some(kept)
-    }
-
-    /// The chunks of a column.
-    #[inline(always)]
-    pub(super) fn chunks_of(&mut self, column: &Column) -> &mut [Chunk] {
-        &mut self.chunks.room[column.chunks()]
     }
 
     /// Where it stands which way the clay pushes in the chunks of a column: see [`Contacts::facing`].
@@ -509,7 +510,7 @@ impl Contacts {
         self.add_column(
             at,
             #[inline(always)]
-            |_, room| {
+            |_, _, room| {
                 *room = chunk;
                 chunk.penetration_m.on(simd)
             },

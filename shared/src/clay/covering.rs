@@ -9,10 +9,10 @@
 use glam::Vec2;
 
 use super::contact::{Contacts, Tally};
-use super::faceted::{Cutter, Face, Place, axes, met};
+use super::faceted::{Cutter, Place, met};
 use super::lanes::{LANES, Simd, root};
 use super::{Press, Surface, Window};
-use crate::tool::{Extent, Lattice, Pose, Shape, Side};
+use crate::tool::{Extent, Lattice, Pose, Ray, Shape, Side};
 
 /// How many rays there are: as many as are cut at once.
 const RAYS: usize = LANES;
@@ -20,7 +20,7 @@ const RAYS: usize = LANES;
 const WIDE: f32 = 8.0;
 /// Columns and rows at which the clay about a tool is looked at for how far it goes, or one more.
 const COLUMNS: u32 = 12;
-const ROWS: u32 = 24;
+const ROWS: usize = 24;
 /// How many of those radii are compared at once.
 const TURNS: usize = 8;
 
@@ -36,35 +36,36 @@ fn reach_about_m(surface: &Surface, press: &Press, tool_m: f32, behind_m: f32) -
     let last_row = (shape.rows() - 1) as f32;
     let row = |z_m: f32| (z_m / surface.row_height_m()).clamp(0.0, last_row) as u32;
     let (first_row, end_row) = (row(centre_m.z - tool_m), row(centre_m.z + tool_m) + 1);
-    let [columns_apart, rows_apart] = [(2 * half_columns) / COLUMNS + 1, (end_row - first_row) / ROWS + 1];
+    let columns_apart = (2 * half_columns) / COLUMNS + 1;
     let columns = (0..=2 * half_columns).step_by(columns_apart as usize);
-    let columns =
+    let columns_m =
         columns.map(|local| surface.column_m(shape.wrap(middle + i64::from(local) - i64::from(half_columns))));
-    let radii_m = columns.map(|column_m| &column_m[first_row as usize..end_row as usize]);
+    let last = (end_row - first_row - 1) as usize;
+    let apart = last / ROWS + 1;
+    // as many in any case, so that it is known how many there are
+    let rows = core::array::from_fn(|number| first_row as usize + (number * apart).min(last / apart * apart));
     match press.side {
-        Side::Outside => most(radii_m, rows_apart as usize, 0.0, |radius_m, widest_m| radius_m > widest_m),
-        Side::Inside => {
-            most(radii_m, rows_apart as usize, f32::MAX, |radius_m, narrowest_m| radius_m < narrowest_m) - behind_m
-        }
+        Side::Outside => most(columns_m, &rows, 0.0, |radius_m, widest_m| radius_m > widest_m),
+        Side::Inside => most(columns_m, &rows, f32::MAX, |radius_m, narrowest_m| radius_m < narrowest_m) - behind_m,
     }
 }
 
-/// Of every so many radii of some columns that which is before all others, or the least there may be, m.
+/// Of the radii in some rows of columns that which is before all others, or the least there may be, m.
 ///
 /// By turns into several, so that none waits for the one before; which of them is the most does not go by their order.
 #[inline(always)]
 fn most<'a>(
     columns_m: impl Iterator<Item = &'a [f32]>,
-    apart: usize,
+    rows: &[usize; ROWS],
     least_m: f32,
     is_before: impl Fn(f32, f32) -> bool,
 ) -> f32 {
     let before = |one_m: f32, other_m: f32| if is_before(one_m, other_m) { one_m } else { other_m };
     let mut most_m = [least_m; TURNS];
     for column_m in columns_m {
-        for radii_m in column_m.chunks(TURNS * apart) {
-            for (most_m, radius_m) in most_m.iter_mut().zip(radii_m.iter().step_by(apart)) {
-                *most_m = before(*radius_m, *most_m);
+        for rows in rows.as_chunks::<TURNS>().0 {
+            for (most_m, row) in most_m.iter_mut().zip(rows) {
+                *most_m = before(column_m[*row], *most_m);
             }
         }
     }
@@ -85,9 +86,9 @@ impl Contacts {
         cutter: &mut Cutter,
     ) -> bool {
         let Cutter { rack, sections } = cutter;
-        let Some(tool) = rack.get(usize::from(shape.0)) else { return false };
+        let Some(tool) = rack.get(usize::from(shape.0)).filter(|tool| tool.is_sharp()) else { return false };
         let pose = Pose { centre_m: press.centre_m, orientation: press.orientation };
-        let (sides, reach_m, outwards) = met(press.side, reach_m);
+        let (sides, reach_m) = met(press.side, reach_m);
         let column_rad = surface.shape().column_angle_rad();
         let reach_about_m = reach_about_m(surface, press, tool.radius().0, behind_m);
         let ends_rad = tool.ends_rad(simd, &pose, reach_about_m, sides, WIDE * column_rad);
@@ -119,8 +120,7 @@ impl Contacts {
         for section in sections.eights() {
             let ray = section.column;
             let direction = directions[ray as usize].to_array();
-            let face =
-                Face { section: &section, normals: tool.facing(), axes: axes(&turn, direction), outwards, behind_m };
+            let along = Ray::new(tool, &turn, press.centre_m, direction, (sides, section.bound_m));
             let [from, to] = [ray, ray + 1].map(|end| begin + end as f32 * per_ray);
             for column in libm::roundf(from) as i64..=libm::roundf(to) as i64 {
                 let middle = column as f32;
@@ -128,7 +128,8 @@ impl Contacts {
                 if share > 0.0 {
                     let column = surface.shape().wrap(column);
                     let place = Place { column, share, angle_rad: angle_rad(ray), direction };
-                    self.gather_section::<S, true, _>(simd, &mut &*surface, press, &face, &place, &mut tally);
+                    let met = (&section, &along);
+                    self.gather_section::<S, true, _>(simd, &mut &*surface, met, &place, behind_m, &mut tally);
                 }
             }
         }

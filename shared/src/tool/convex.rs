@@ -11,6 +11,7 @@ use core::fmt;
 use glam::{DVec3, Vec3, Vec4};
 
 use super::facets::{Facets, Link, after};
+use super::ray::{Plane, planes};
 use super::ridges::Ridges;
 use crate::lanes::root;
 use crate::units::Metres;
@@ -122,8 +123,7 @@ pub struct ConvexTool {
     links: Vec<Link>,
     normals: Vec<Vec3>,
     steps: Vec<[u32; 4]>,
-    /// Bits of the normals, with 0 in a fourth lane.
-    facing: Vec<[u32; 4]>,
+    planes: Vec<Plane>,
     /// A side that begins at the corner farthest in the direction of each [`cell`].
     outermost: Vec<u16>,
     centre_m: Vec3,
@@ -195,7 +195,10 @@ impl ConvexTool {
         check_size(radius.0, 1.0)?;
         let bluntness = Metres((3.0 * volume_m3 / area_m2(&mesh)) as f32);
         let (volume_m3, outermost) = (volume_m3 as f32, Vec::new());
-        let facing = normals.iter().map(|normal| normal.extend(0.0).to_array().map(f32::to_bits)).collect();
+        let first_m = |facet: &[u16; 3]| corners_m[usize::from(facet[0])].truncate().as_dvec3();
+        let distances_m = mesh.facets.iter().zip(&normals);
+        let distances_m = distances_m.map(|(facet, normal)| normal.as_dvec3().dot(first_m(facet)) as f32);
+        let planes = planes(&normals, distances_m);
         let step = |link: &Link| {
             let [x, y, z, _] = corners_m[usize::from(link.apex)].to_array().map(f32::to_bits);
             [x, y, z, u32::from(link.onward[0]) | u32::from(link.onward[1]) << 16]
@@ -207,7 +210,7 @@ impl ConvexTool {
             links,
             normals,
             steps,
-            facing,
+            planes,
             outermost,
             centre_m,
             radius,
@@ -258,9 +261,9 @@ impl ConvexTool {
         self.bluntness
     }
 
-    /// Bits of the normals, with 0 in a fourth lane.
-    pub(crate) fn facing(&self) -> &[[u32; 4]] {
-        &self.facing
+    /// The planes of its triangles, and that of none.
+    pub(super) fn planes(&self) -> &[Plane] {
+        &self.planes
     }
 
     /// Its edges, if one of them is sharp.

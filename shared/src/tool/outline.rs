@@ -16,9 +16,6 @@ use crate::lanes::{
 
 /// How far a way may turn back before it counts as turned, m: twice what a convex tool's corners may stand out.
 const SLACK_M: f32 = 2.0 * ConvexTool::BULGE_MAX.0;
-/// Least rise over which a slope is taken, as a share of all rows. A height in rows is exact to 2⁻²³ of them, so that no
-/// row is led beyond the ends of its facet by more than a sixteenth.
-const RISE_MIN: f32 = 1.0 / 524_288.0;
 
 /// What is seen from within half-planes: the distance s aside of them, towards rising angle, m; the radius r along them, m; and the
 /// height in rows.
@@ -38,7 +35,7 @@ pub(super) struct Slices<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> Slices<'a, S> {
-    /// Most facets that are gone over from one half-plane to the next before another way is tried.
+    /// Most facets that are gone over to a half-plane before another way is tried.
     const BESIDE_MAX: usize = 12;
 
     /// The tool in the half-planes along `directions` from the axis, cosines and sines.
@@ -65,66 +62,87 @@ impl<'a, S: Simd> Slices<'a, S> {
         Self { simd, tool, steps: tool.steps(), axes, lanes, rows, slack_rows, reach_m }
     }
 
-    /// For each half-plane from number `first` on a side that crosses it, from `side` on and from one to the next, as far as there are any; they
-    /// follow each other ahead, towards rising angle, or behind.
+    /// For each half-plane a side that crosses it, as far as there are any: the first few are looked for ahead, towards rising angle, and as
+    /// many as there are after them behind.
     ///
-    /// It goes over the facets at the height of `side`, and where that leads nowhere it climbs.
+    /// It goes over the facets at the height at which each begins, in all half-planes at once, and where that leads nowhere it climbs.
     #[inline(always)]
-    pub(super) fn crossings(&self, mut side: u16, is_ahead: bool, found: &mut [Option<u16>], first: usize) {
-        let (mut at, [mut from, mut to], [mut from_height, mut to_height]) = self.set_out(side, is_ahead);
+    pub(super) fn crossings(&self, begins: [Begin; 2], counts: [usize; 2]) -> [Option<u16>; LANES] {
+        let (simd, lanes) = (self.simd, counted(self.simd, 0.0));
+        let [is_ahead, is_there] = [counts[0], counts[0] + counts[1]].map(
+            #[inline(always)]
+            |count| lanes.simd_lt(splat(simd, count as f32)),
+        );
+        let (ahead, behind) = (self.set_out(&begins[0], true), self.set_out(&begins[1], false));
+        let mut at = u32x8::splat(simd, u32::from(behind));
+        at = is_ahead.select(u32x8::splat(simd, u32::from(ahead)), at);
+        let height = is_ahead.select(splat(simd, begins[0].height), splat(simd, begins[1].height));
+        let [ahead, behind] = [ahead, behind].map(|side| [self.tool.origin(side), self.tool.end(side)]);
+        let mut from = is_ahead.select(self.aside(ahead[0]), self.aside(behind[0]));
+        let mut to = is_ahead.select(self.aside(ahead[1]), self.aside(behind[1]));
+        let zero = splat(simd, 0.0);
+        let mut advances = is_there;
         let mut facets = 0;
-        let mut height = 0.5 * (from_height + to_height);
-        let mut number = 0;
-        while number < found.len() {
-            let lane = first + number;
-            let (is_from, is_to) = (from >> lane & 1 > 0, to >> lane & 1 > 0);
-            if is_from != is_to {
-                side = if is_to { at } else { self.tool.twin(at) };
-            } else if is_from == is_ahead || facets == Self::BESIDE_MAX {
-                // past the plane, or round the tool
-                let Some(crossing) = self.crossing(lane, side) else { break };
-                side = crossing;
-                (at, [from, to], [from_height, to_height]) = self.set_out(side, is_ahead);
-            } else {
-                let link = self.tool.link(at);
-                let apex = self.beyond(link.apex);
-                // the apex takes the place of the end on its own side of that height
-                let apex_height = self.part(0, 2, link.apex);
-                let is_above = (apex_height > height) != is_ahead;
-                (from, to) = if is_above { (apex, to) } else { (from, apex) };
-                (from_height, to_height) = if is_above { (apex_height, to_height) } else { (from_height, apex_height) };
-                at = link.onward[usize::from(is_above)];
-                facets += 1;
-                continue;
+        let (crosses, is_to) = loop {
+            let (is_from, is_to) = (from.simd_gt(zero), to.simd_gt(zero));
+            let crosses = is_from ^ is_to;
+            let goes = advances & !crosses & (is_from ^ is_ahead);
+            if facets == Self::BESIDE_MAX || !goes.any_true() {
+                break (crosses.to_bitmask(), is_to.to_bitmask());
             }
-            found[number] = Some(side);
-            height = 0.5 * (from_height + to_height);
-            (number, facets) = (number + 1, 0);
+            let entered = at.to_array();
+            let (apex, onward) = self.see(
+                #[inline(always)]
+                |lane| entered[lane],
+            );
+            // the apex takes the place of the end on its own side of that height
+            let is_above = apex[2].simd_gt(height) ^ is_ahead;
+            // beyond where the tool is widest a way leads back
+            advances &= !(apex[0].simd_gt(is_above.select(from, to)) ^ is_ahead);
+            from = (goes & is_above).select(apex[0], from);
+            to = (goes & !is_above).select(apex[0], to);
+            at = goes.select(is_above.select(onward >> 16, onward & u32x8::splat(simd, 0xffff)), at);
+            facets += 1;
+        };
+        let at = at.to_array();
+        let mut found = [None; LANES];
+        for lanes in [0..counts[0], counts[0]..counts[0] + counts[1]] {
+            for lane in lanes {
+                let side = at[lane] as u16;
+                found[lane] = match (crosses >> lane & 1 > 0, is_to >> lane & 1 > 0) {
+                    (true, true) => Some(side),
+                    (true, false) => Some(self.tool.twin(side)),
+                    // past the plane, or where the tool ends at that height
+                    (false, _) => self.crossing(lane, side),
+                };
+                if found[lane].is_none() {
+                    break;
+                }
+            }
+        }
+        found
+    }
+
+    /// The side of a facet at a height from which it lies ahead (or behind): a facet is to the left of its sides, and ahead is to the left of what
+    /// goes up.
+    #[inline(always)]
+    fn set_out(&self, begin: &Begin, is_ahead: bool) -> u16 {
+        let sides = [0, 1, 2].map(|side| 3 * begin.facet + side);
+        let is_above = sides.map(|side| self.part(0, 2, self.tool.origin(side)) > begin.height);
+        match is_above.map(|is_above| is_above == is_ahead) {
+            [false, true, _] => sides[0],
+            [_, false, true] => sides[1],
+            // a height that a facet does not have is as good as any
+            _ => sides[2],
         }
     }
 
-    /// A side seen so that its facet lies ahead (or behind); of its ends the half-planes that they are beyond, and the heights in rows.
+    /// How far a corner is aside of the half-planes, m.
     #[inline(always)]
-    fn set_out(&self, side: u16, is_ahead: bool) -> (u16, [u32; 2], [f32; 2]) {
-        let tool = self.tool;
-        let [from, to] = [tool.origin(side), tool.end(side)];
-        let [from_height, to_height] = [self.part(0, 2, from), self.part(0, 2, to)];
-        let ends = [self.beyond(from), self.beyond(to)];
-        // the facet that a side belongs to is to its left, and ahead is to the left of what goes up
-        if (from_height < to_height) == is_ahead {
-            (side, ends, [from_height, to_height])
-        } else {
-            (tool.twin(side), [ends[1], ends[0]], [to_height, from_height])
-        }
-    }
-
-    /// The half-planes that a corner is beyond, s > 0, in a bit each.
-    #[inline(always)]
-    fn beyond(&self, corner: u16) -> u32 {
+    fn aside(&self, corner: u16) -> f32x8<S> {
         let [x, y, z, centre] = &self.axes;
         let corner = self.tool.corners_m()[usize::from(corner)];
-        let aside = (x[0] * corner.x + y[0] * corner.y) + (z[0] * corner.z + centre[0]);
-        aside.simd_gt(splat(self.simd, 0.0)).to_bitmask() as u32
+        (x[0] * corner.x + y[0] * corner.y) + (z[0] * corner.z + centre[0])
     }
 
     /// Sides that cross the half-planes, each found from one of its own.
@@ -261,7 +279,7 @@ impl<'a, S: Simd> Slices<'a, S> {
         let walks = walks.simd_gt(u32x8::splat(simd, 0));
         // outside of the facet that a side belongs to is the next one up
         let above = sides.map(|side| u32::from(tool.twin(side)));
-        let (middle, begun) = (outline.middle(), meet(&ends));
+        let (middle, begun) = (outline.centre(), meet(&ends));
         outline.note(middle, begun, self.rows_below(begun[1]), u32x8::load_array(simd, above));
         let mut up = Going::new(simd, above, ends, begun, walks);
         let mut down = Going::new(simd, sides.map(u32::from), ends, begun, walks);
@@ -281,7 +299,7 @@ impl<'a, S: Simd> Slices<'a, S> {
     /// one before it and not for those of the other way.
     #[inline(always)]
     fn go_on(&self, up: &mut Going<S>, down: &mut Going<S>, outline: &mut Outline) {
-        for step in 1..=outline.middle() {
+        for step in 1..=outline.centre() {
             let [goes_up, goes_down] = [up.goes(), down.goes()];
             if goes_up {
                 self.go::<true>(up, step, outline);
@@ -312,12 +330,8 @@ impl<'a, S: Simd> Slices<'a, S> {
         let (to_before, to_behind) = (onward & u32x8::splat(simd, 0xffff), onward >> 16);
         let next = if UP { aside.select(to_behind, to_before) } else { aside.select(to_before, to_behind) };
         let met = meet(&[going.before, going.behind]);
-        let rise = if UP { met[1] - going.height } else { going.height - met[1] };
-        let gain_m = if UP { met[0] - going.radius_m } else { going.radius_m - met[0] };
-        let slope_m = gain_m / rise.max(splat(simd, RISE_MIN * self.rows));
-        let place = if UP { outline.middle() + step } else { outline.middle() - step };
+        let place = if UP { outline.centre() + step } else { outline.centre() - step };
         outline.note(place, met, self.rows_below(met[1]), if UP { next } else { u32x8::load_array(simd, entered) });
-        outline.incline(if UP { place - 1 } else { place }, slope_m);
         going.places -= going.walks.to_vector();
         // where it ended it stays
         going.radius_m = going.walks.select(met[0], going.radius_m);
@@ -343,12 +357,12 @@ impl<'a, S: Simd> Slices<'a, S> {
         (within + WHOLE).to_bits() - u32x8::splat(simd, WHOLE.to_bits())
     }
 
-    /// Writes the rows between the places met on a way; which they are.
+    /// Writes which facets are met in the rows between the places on a way; which rows they are, and between which radii the facets lie, m.
     ///
-    /// Both slices begin [`LANES`] rows below the first one, and end as many above the last one.
+    /// The slice begins [`LANES`] rows below the first one, and ends as many above the last one.
     #[inline(always)]
-    pub(super) fn fill(&self, way: &Way, outline: &Outline, radius_m: &mut [f32], facet: &mut [u16]) -> (usize, usize) {
-        let (simd, lane) = (self.simd, way.lane);
+    pub(super) fn fill(&self, way: &Way, outline: &Outline, facets: &mut [u16]) -> Option<Filled> {
+        let lane = way.lane;
         let height = |place: usize| of(&outline.places[place], HEIGHT, lane);
         let (mut first, mut last) = (way.first, way.last);
         // the way ends where it turned
@@ -367,7 +381,7 @@ impl<'a, S: Simd> Slices<'a, S> {
             first += 1;
         }
         if first == last {
-            return (0, 0);
+            return None;
         }
         let (lowest, highest) = (
             outline.within_reach(lane, first, first + 1, self.reach_m),
@@ -375,21 +389,21 @@ impl<'a, S: Simd> Slices<'a, S> {
         );
         let (first_row, end_row) = (rows_below(lowest, self.rows), rows_below(highest, self.rows));
         if first_row >= end_row {
-            return (0, 0);
+            return None;
         }
+        // nearer and nearer, and farther from there on
+        let [one, other] = [first, last].map(|place| of(&outline.places[place], RADIUS, lane));
+        let radii_m = [way.nearest_m, one.max(other)];
         let mut places = &outline.places[first..=last];
         let mut begin = places[0][ROW][lane] as usize;
         while let [place, others @ ..] = places
             && let [next, ..] = others
         {
             places = others;
-            let (end, number) = (next[ROW][lane] as usize, (place[SIDE][lane] / 3) as u16);
-            let [radius, height, slope] = [of(place, RADIUS, lane), of(place, HEIGHT, lane), of(place, SLOPE, lane)];
+            let (end, facet) = (next[ROW][lane] as usize, (place[SIDE][lane] / 3) as u16);
             // eight rows at a time: the last place at or below a row is the one that counts
             loop {
-                let radii = (counted(simd, begin as f32) - height) * slope + radius;
-                radius_m[begin + LANES..][..LANES].copy_from_slice(&radii.to_array());
-                facet[begin + LANES..][..LANES].fill(number);
+                facets[begin + LANES..][..LANES].fill(facet);
                 begin += LANES;
                 if begin >= end {
                     break;
@@ -397,7 +411,7 @@ impl<'a, S: Simd> Slices<'a, S> {
             }
             begin = end;
         }
-        (first_row as usize, end_row as usize)
+        Some(Filled { rows: (first_row as usize, end_row as usize), radii_m })
     }
 }
 
@@ -408,31 +422,34 @@ pub(super) struct Outline {
     places: Vec<Place>,
 }
 
-/// Bits of the radius, m, of the height in rows, of the radius gained with every row from here on, m; the first row at or above; and
-/// the side through which the facet above is entered. One array, since it comes as zeros for nothing.
-type Place = [[u32; LANES]; 5];
+/// Bits of the radius, m, and of the height in rows; the first row at or above; and the side through which the facet above is entered. One
+/// array, since it comes as zeros for nothing.
+type Place = [[u32; LANES]; 4];
 const RADIUS: usize = 0;
 const HEIGHT: usize = 1;
-const SLOPE: usize = 2;
-const ROW: usize = 3;
-const SIDE: usize = 4;
+const ROW: usize = 2;
+const SIDE: usize = 3;
 
 impl Outline {
     /// Makes room for a way once round any tool.
     pub(super) fn make_room(&mut self) {
         let places = 2 * ConvexTool::TRIANGLES_MAX + 1;
         // nothing of it is kept, and memory that is asked for as zeros costs nothing until it is used
-        self.places = alloc::vec![[[0; LANES]; 5]; places];
+        self.places = alloc::vec![[[0; LANES]; 4]; places];
     }
 
     /// Number of the first place that is met, and how many there are below and above it.
-    fn middle(&self) -> usize {
+    fn centre(&self) -> usize {
         self.places.len() / 2
     }
 
-    /// A side crossed about half way.
-    pub(super) fn middle_side(&self, way: &Way) -> u16 {
-        self.places[(way.first + way.last) / 2][SIDE][way.lane] as u16
+    /// About half way.
+    #[inline(always)]
+    pub(super) fn middle(&self, way: &Way) -> Begin {
+        let number = usize::midpoint(way.first, way.last).min(way.last - 1);
+        let [place, next] = [number, number + 1].map(|number| &self.places[number]);
+        let height = 0.5 * (of(place, HEIGHT, way.lane) + of(next, HEIGHT, way.lane));
+        Begin { facet: (place[SIDE][way.lane] / 3) as u16, height }
     }
 
     /// The side crossed last on the way up.
@@ -445,11 +462,6 @@ impl Outline {
         let room = &mut self.places[place];
         (room[RADIUS], room[HEIGHT]) = (radius_m.to_bits().to_array(), height.to_bits().to_array());
         (room[ROW], room[SIDE]) = (row.to_array(), side.to_array());
-    }
-
-    #[inline(always)]
-    fn incline<S: Simd>(&mut self, place: usize, slope_m: f32x8<S>) {
-        self.places[place][SLOPE] = slope_m.to_bits().to_array();
     }
 
     /// Height at the end of a way, or where it goes out of reach. The places stay, so that no row within reach depends on
@@ -469,6 +481,19 @@ impl Outline {
 #[inline(always)]
 const fn of(place: &Place, what: usize, lane: usize) -> f32 {
     f32::from_bits(place[what][lane])
+}
+
+/// The rows of a way, from the first one to before the last, and the radii between which its facets lie there, m.
+pub(super) struct Filled {
+    pub(super) rows: (usize, usize),
+    pub(super) radii_m: [f32; 2],
+}
+
+/// A facet from which half-planes are looked for, and the height in rows at which that is done.
+#[derive(Clone, Copy)]
+pub(super) struct Begin {
+    pub(super) facet: u16,
+    pub(super) height: f32,
 }
 
 /// What was met on a near side, from the lowest place to the highest.

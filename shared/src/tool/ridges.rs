@@ -24,6 +24,9 @@ pub(super) struct Ridges {
 impl Ridges {
     /// Most edges: what has more is as good as round.
     const MAX: usize = 1024;
+    /// How far apart eights are that follow each other, and how many are looked at before it is asked whether they are wide enough.
+    const APART: usize = 5;
+    const TOGETHER: usize = 4;
 
     /// Those of a tool; none where no edge is sharp or there are too many.
     pub(super) fn of(tool: &ConvexTool) -> Self {
@@ -42,11 +45,20 @@ impl Ridges {
             let end_m = |lane: usize, which: usize| tool.corners_m()[usize::from(ends(lane)[which])];
             [0, 1].map(|which| [0, 1, 2].map(|axis| Eight(core::array::from_fn(|lane| end_m(lane, which)[axis]))))
         };
-        Self { ends_m: edges.chunks(LANES).map(eight).collect() }
+        let ends_m: Vec<_> = edges.chunks(LANES).map(eight).collect();
+        // neighbours apart, so that a few tell how wide the tool is
+        let ends_m =
+            (0..Self::APART).flat_map(|first| ends_m.iter().skip(first).step_by(Self::APART).copied()).collect();
+        Self { ends_m }
     }
 }
 
 impl ConvexTool {
+    /// Whether it has a sharp edge.
+    pub(crate) const fn is_sharp(&self) -> bool {
+        !self.ridges().ends_m.is_empty()
+    }
+
     /// Angles between which a tool with sharp edges is within `reach_m` of the axis, from that of its centre, rad, or beyond it where its far side
     /// is asked for. None of another tool, of one that is out of reach, nor where they are `wide_rad` apart or more than a quarter of a turn aside.
     ///
@@ -61,9 +73,6 @@ impl ConvexTool {
         wide_rad: f32,
     ) -> Option<[f32; 2]> {
         let edges = &self.ridges().ends_m;
-        if edges.is_empty() {
-            return None;
-        }
         let (turn, centre_m) = (pose.turn()?, pose.centre_m.truncate());
         let distance_m = root(centre_m.length_squared());
         if distance_m <= Self::THICKNESS_MIN.0 {
@@ -71,11 +80,18 @@ impl ConvexTool {
         }
         let seen = Seen::new(&turn, centre_m / distance_m, distance_m);
         let mut ends = Ends::new(simd, reach_m * reach_m, sides == Sides::Far);
-        for edges_m in edges {
-            let [from_m, to_m] = edges_m.each_ref().map(|end_m| seen.places_m(simd, end_m));
-            ends.add_edges(from_m, to_m);
+        let mut found_rad = None;
+        for edges_m in edges.chunks(Ridges::TOGETHER) {
+            for edges_m in edges_m {
+                let [from_m, to_m] = edges_m.each_ref().map(|end_m| seen.places_m(simd, end_m));
+                ends.add_edges(from_m, to_m);
+            }
+            found_rad = ends.rad();
+            if ends.is_aside || found_rad.is_some_and(|[begin, end]| end - begin >= wide_rad) {
+                return None;
+            }
         }
-        ends.rad().filter(|[begin, end]| end - begin < wide_rad)
+        found_rad
     }
 }
 

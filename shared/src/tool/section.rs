@@ -10,7 +10,8 @@ use core::ops::Range;
 use glam::{Mat3, Quat, Vec2, Vec3};
 
 use super::ConvexTool;
-use super::outline::{Outline, Slices, Way};
+use super::cut::{AXIS_M, Cut};
+use super::outline::{Begin, Filled, Outline, Slices, Way};
 use crate::lanes::{LANES, Simd, Vectors, root, with_vectors};
 
 /// Where a tool is held, and how it is turned.
@@ -92,11 +93,10 @@ pub struct Section<'a> {
 pub(crate) struct Eights<'a> {
     pub(crate) column: u32,
     pub(crate) first_row: u32,
-    /// Radius of the near side if that was asked for, or else of the far one, m; where no tool is, it is endlessly far from the
-    /// side that was asked for.
-    pub(crate) radii_m: &'a [[f32; LANES]],
-    /// Numbers of the triangles; where no tool is, of any that there are.
+    /// Numbers of the triangles on the near side if that was asked for, or else on the far one; where no tool is, that of none.
     pub(crate) facets: &'a [[u16; LANES]],
+    /// Radius beyond which nothing of that side lies, m.
+    pub(crate) bound_m: f32,
 }
 
 /// Columns and rows that hold every section.
@@ -157,6 +157,19 @@ struct Span {
     lane: usize,
     /// Where the search for its far side begins, if that is wanted.
     last_side: Option<u16>,
+    /// Radii between which its sides lie, the near one and the far one, m.
+    bounds_m: [[f32; 2]; 2],
+}
+
+impl Span {
+    const fn is_empty(&self) -> bool {
+        self.first_row >= self.end_row
+    }
+
+    /// Its column and its rows.
+    const fn place(&self) -> (u32, Range<u32>) {
+        (self.column, self.first_row..self.end_row)
+    }
 }
 
 /// Which sides of the tool are wanted.
@@ -169,9 +182,6 @@ pub enum Sides {
     /// Both, at about twice the time.
     Both,
 }
-
-/// What comes as near as this to the axis may as well hold it, m: the least thickness of a tool.
-const AXIS_M: f32 = ConvexTool::THICKNESS_MIN.0;
 
 impl Sections {
     /// Memory for any tool on a lattice of so many columns and rows; a larger one allocates.
@@ -203,10 +213,15 @@ impl Sections {
     /// which `r·e + z·k` lies in all of them, and the far one the largest. Sections thinner than 20 µm may be left out. Nothing is cut in a pose
     /// that is not finite.
     pub fn cut(&mut self, tool: &ConvexTool, pose: &Pose, lattice: &Lattice<'_>, reach_m: f32, sides: Sides) {
-        with_vectors!(Vectors::default(), simd => self.cut_with(simd, tool, pose, lattice, reach_m, sides));
+        with_vectors!(Vectors::default(), simd => {
+            self.cut_with(simd, tool, pose, lattice, reach_m, sides);
+            if let Some(cut) = Cut::new(tool, pose, lattice, reach_m, sides) {
+                self.measure(simd, &cut);
+            }
+        });
     }
 
-    /// The same with the vectors of a pass.
+    /// The same with the vectors of a pass, which finds the facets and no radii.
     #[inline(never)]
     pub(crate) fn cut_with<S: Simd>(
         &mut self,
@@ -219,16 +234,13 @@ impl Sections {
     ) {
         let Some((cut, side, first)) = self.begin(tool, pose, lattice, reach_m, sides) else { return };
         let columns = lattice.directions.len();
-        let mut searches = [Search { side, gone: 0, is_found: false, has_ended: false }; 2];
+        let mut searches = [Search::new(cut.middle_of(side)); 2];
         loop {
-            let left = columns - searches[AHEAD].gone - searches[BEHIND].gone;
+            let room = LANES.min(columns - searches[AHEAD].gone - searches[BEHIND].gone);
+            let [ahead, behind] = searches.each_ref().map(|search| search.left(&cut).min(room));
             // half of them on either side as long as both go on: those as far from the first are about as long
-            let counts = match searches.each_ref().map(|search| search.has_ended) {
-                [false, false] => [left.div_ceil(2).min(LANES / 2), (left / 2).min(LANES / 2)],
-                [false, true] => [left.min(LANES), 0],
-                [true, false] => [0, left.min(LANES)],
-                [true, true] => break,
-            };
+            let ahead = ahead.min(room.div_ceil(2).max(room - behind));
+            let counts = [ahead, behind.min(room - ahead)];
             if counts == [0, 0] {
                 break;
             }
@@ -259,10 +271,9 @@ impl Sections {
                 let ways = slices.walk(slices.crossings_from([Some(side); LANES]), &mut self.outline);
                 for (lane, way) in ways.iter().enumerate() {
                     if let Some(way) = way.as_ref().filter(|way| way.nearest_m <= reach_m) {
-                        self.write(&slices, sides, way, lane as u32, lane);
+                        self.write(&slices, &cut, way, lane as u32, lane);
                     }
                 }
-                self.end(0);
             },
         );
     }
@@ -300,16 +311,17 @@ impl Sections {
                 let mut columns = [first; LANES];
                 for which in [AHEAD, BEHIND] {
                     for number in 0..counts[which] {
-                        columns[begins[which] + number] = cut.column(first, which, searches[which].gone + number);
+                        columns[begins[which] + number] =
+                            cut.column(first, which == AHEAD, searches[which].gone + number);
                     }
                 }
                 let slices = cut.slices(simd, columns, sense, reach_m);
-                let mut crossings = [None; LANES];
-                for which in [AHEAD, BEHIND] {
-                    let found = &mut crossings[begins[which]..][..counts[which]];
-                    slices.crossings(searches[which].side, which == AHEAD, found, begins[which]);
-                }
-                let ways = slices.walk(crossings, &mut self.outline);
+                let crossings = slices.crossings(searches.each_ref().map(|search| search.begin), counts);
+                let ways = if crossings.iter().any(Option::is_some) {
+                    slices.walk(crossings, &mut self.outline)
+                } else {
+                    [const { None }; LANES]
+                };
                 let begun = self.spans.len();
                 let mut holds_axis = cut.sides == Sides::Both;
                 for which in [AHEAD, BEHIND] {
@@ -322,55 +334,70 @@ impl Sections {
                         }
                         // too thin: a tip, behind which the tool may go on
                         let way = ways[lane].as_ref();
-                        search.side = way.map_or(search.side, |way| self.outline.middle_side(way));
-                        let way = way.filter(|way| way.nearest_m <= farthest_m);
-                        if way.is_none() && search.is_found {
+                        let in_reach = way.filter(|way| way.nearest_m <= farthest_m);
+                        if in_reach.is_none() && search.is_found {
                             search.has_ended = true;
                             break;
                         }
                         search.gone += 1;
-                        let Some(way) = way else { continue };
+                        let Some(way) = in_reach else {
+                            search.begin = way.map_or(search.begin, |way| self.outline.middle(way));
+                            continue;
+                        };
                         if !core::mem::replace(&mut search.is_found, true) {
                             // those in reach stand side by side: on the other side only if the first one is among them
                             let is_first = which == AHEAD && search.gone == 1;
                             let other = &mut searches[1 - which];
                             (other.is_found, other.has_ended) = (is_first, !is_first);
                         }
+                        let search = &mut searches[which];
                         // all of it is within reach, and the next may not be
                         if is_far && way.nearest_m >= reach_m {
+                            search.begin = self.outline.middle(way);
                             continue;
                         }
                         holds_axis |= way.nearest_m < 0.0 && !is_far;
-                        self.write(&slices, cut.sides, way, columns[lane] as u32, lane);
+                        if !is_far {
+                            search.nearest_m = [search.nearest_m[1], way.nearest_m];
+                        }
+                        let begin = self.write(&slices, cut, way, columns[lane] as u32, lane);
+                        search.begin = begin.unwrap_or_else(|| self.outline.middle(way));
                     }
                 }
                 if holds_axis {
                     self.far(simd, cut, columns, begun);
                 }
-                self.end(begun);
             },
         );
     }
 
-    /// Writes the rows of a way in a column, which is in one of eight.
+    /// Writes the rows of a way in a column, which is in one of eight, if there are any, and tells their middle.
     #[inline(always)]
-    fn write<S: Simd>(&mut self, slices: &Slices<'_, S>, sides: Sides, way: &Way, column: u32, lane: usize) {
-        let (is_far, slot) = (sides == Sides::Far, self.slots);
-        let rows = self.slot(slot);
-        let (radii_m, facets) = if is_far {
-            (&mut self.far_m[rows.clone()], &mut self.far_facet[rows])
-        } else {
-            (&mut self.near_m[rows.clone()], &mut self.facet[rows])
-        };
-        let filled = slices.fill(way, &self.outline, radii_m, facets);
-        let (first, end) = if is_far { in_front_of_axis(radii_m, filled) } else { filled };
-        let goes_on = way.nearest_m < 0.0 || sides == Sides::Both;
+    fn write<S: Simd>(
+        &mut self,
+        slices: &Slices<'_, S>,
+        cut: &Cut<'_>,
+        way: &Way,
+        column: u32,
+        lane: usize,
+    ) -> Option<Begin> {
+        let (slot, rows) = (self.slots, self.slot(self.slots));
+        let is_far = cut.sides == Sides::Far;
+        let facets = if is_far { &mut self.far_facet[rows] } else { &mut self.facet[rows] };
+        let Filled { rows: (first, end), radii_m: [nearest_m, farthest_m] } =
+            slices.fill(way, &self.outline, facets)?;
+        let middle = usize::midpoint(first, end);
+        let begin = Begin { facet: facets[LANES + middle], height: middle as f32 };
+        close(facets, (first, end), cut.none());
+        let goes_on = way.nearest_m < 0.0 || cut.sides == Sides::Both;
         let last_side = goes_on.then(|| self.outline.last_side(way));
-        self.spans.push(Span { column, first_row: first as u32, end_row: end as u32, slot, lane, last_side });
+        let bounds_m = [[nearest_m.max(0.0), farthest_m.max(0.0)], [-farthest_m, -nearest_m]];
+        self.spans.push(Span { column, first_row: first as u32, end_row: end as u32, slot, lane, last_side, bounds_m });
         self.slots += 1;
+        Some(begin)
     }
 
-    /// Cuts the far side of the spans from number `begun` on, where it is wanted.
+    /// Cuts the far side of the spans from number `begun` on, where it is wanted, and leaves of them what is in front of the axis.
     #[inline(never)]
     fn far<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, columns: [usize; LANES], begun: usize) {
         simd.vectorize(
@@ -388,47 +415,64 @@ impl Sections {
                         continue;
                     }
                     let rows = self.slot(span.slot);
-                    let (near_m, far_m) = (&mut self.near_m[rows.clone()], &mut self.far_m[rows.clone()]);
-                    let far = ways[span.lane]
-                        .as_ref()
-                        .map_or((0, 0), |way| opposite.fill(way, &self.outline, far_m, &mut self.far_facet[rows]));
-                    let (first, end) = in_front_of_axis(far_m, far);
-                    let first = first.max(span.first_row as usize);
-                    let end = end.min(span.end_row as usize);
-                    for (near_m, far_m) in near_m.iter_mut().zip(far_m).take(LANES + end).skip(LANES + first) {
-                        *near_m = near_m.max(0.0);
-                        *far_m = near_m.max(*far_m);
-                    }
-                    (self.spans[number].first_row, self.spans[number].end_row) = (first as u32, end as u32);
+                    let facets = &mut self.far_facet[rows.clone()];
+                    let far = ways[span.lane].as_ref().and_then(|way| opposite.fill(way, &self.outline, facets));
+                    let Some(Filled { rows: (first, end), radii_m: [nearest_m, farthest_m] }) = far else {
+                        self.spans[number].end_row = 0;
+                        continue;
+                    };
+                    close(facets, (first, end), cut.none());
+                    self.spans[number] = Span {
+                        first_row: span.first_row.max(first as u32),
+                        end_row: span.end_row.min(end as u32),
+                        bounds_m: [span.bounds_m[0], [-farthest_m, -nearest_m]],
+                        ..span
+                    };
+                    self.measure_far(simd, cut, number);
+                    let Span { first_row, end_row, .. } = self.spans[number];
+                    close(&mut self.facet[rows], (first_row as usize, end_row as usize), cut.none());
                 }
+                self.spans.retain(|span| !span.is_empty());
             },
         );
     }
 
-    /// Leaves out the spans without a row from number `begun` on, and puts the tool endlessly far beyond the others' ends.
+    /// Measures the radii of what was found.
     #[inline(always)]
-    fn end(&mut self, begun: usize) {
-        let mut kept = begun;
-        for number in begun..self.spans.len() {
-            let span = self.spans[number];
-            if span.first_row >= span.end_row {
-                continue;
+    fn measure<S: Simd>(&mut self, simd: S, cut: &Cut<'_>) {
+        for number in 0..self.spans.len() {
+            if cut.sides != Sides::Near {
+                self.measure_far(simd, cut, number);
             }
-            let rows = self.slot(span.slot);
-            let (radii_m, facets, beyond_m) = match self.sides {
-                Some(Sides::Far) => (&mut self.far_m[rows.clone()], &mut self.far_facet[rows], f32::NEG_INFINITY),
-                _ => (&mut self.near_m[rows.clone()], &mut self.facet[rows], f32::INFINITY),
-            };
-            let (first, end) = (span.first_row as usize, LANES + span.end_row as usize);
-            let facet = facets[LANES + first];
-            for begin in [first, end] {
-                radii_m[begin..begin + LANES].fill(beyond_m);
-                facets[begin..begin + LANES].fill(facet);
+            if cut.sides != Sides::Far {
+                let span = self.spans[number];
+                let rows = self.slot(span.slot);
+                let (facets, near_m) = (&self.facet[rows.clone()], &mut self.near_m[rows.clone()]);
+                cut.measure(simd, span.place(), (Sides::Near, span.bounds_m[0]), facets, near_m);
+                if cut.sides == Sides::Both {
+                    let (near_m, far_m) = (&self.near_m[rows.clone()], &mut self.far_m[rows]);
+                    far_m.iter_mut().zip(near_m).for_each(|(far_m, near_m)| *far_m = far_m.max(*near_m));
+                }
             }
-            self.spans[kept] = span;
-            kept += 1;
         }
-        self.spans.truncate(kept);
+        self.spans.retain(|span| !span.is_empty());
+    }
+
+    /// Measures the far side of a span, and leaves of it what is in front of the axis: where none is, no part of the tool is on this side.
+    #[inline(always)]
+    fn measure_far<S: Simd>(&mut self, simd: S, cut: &Cut<'_>, number: usize) {
+        let span = self.spans[number];
+        let rows = self.slot(span.slot);
+        let far_m = &mut self.far_m[rows.clone()];
+        cut.measure(simd, span.place(), (Sides::Far, span.bounds_m[1]), &self.far_facet[rows], far_m);
+        let is_behind = |row: u32| far_m[LANES + row as usize] < 0.0;
+        let Span { first_row, end_row, .. } = &mut self.spans[number];
+        while first_row < end_row && is_behind(*first_row) {
+            *first_row += 1;
+        }
+        while first_row < end_row && is_behind(*end_row - 1) {
+            *end_row -= 1;
+        }
     }
 
     /// The rows of a slot.
@@ -457,20 +501,14 @@ impl Sections {
 
     /// The same, eight rows at a time.
     pub(crate) fn eights(&self) -> impl Iterator<Item = Eights<'_>> {
-        let (radii_m, facets) = match self.sides {
-            Some(Sides::Far) => (&self.far_m, &self.far_facet),
-            _ => (&self.near_m, &self.facet),
-        };
-        self.spans.iter().map(|span| {
+        // the near side is not nearer than its least radius, the far one not farther than its largest
+        let (facets, side) = if self.sides == Some(Sides::Far) { (&self.far_facet, 1) } else { (&self.facet, 0) };
+        self.spans.iter().map(move |span| {
             let first_row = span.first_row as usize / LANES * LANES;
             let start = span.slot * self.rows + LANES + first_row;
             let rows = start..start + (span.end_row as usize - first_row).next_multiple_of(LANES);
-            Eights {
-                column: span.column,
-                first_row: first_row as u32,
-                radii_m: radii_m[rows.clone()].as_chunks().0,
-                facets: facets[rows].as_chunks().0,
-            }
+            let (facets, bound_m) = (facets[rows].as_chunks().0, span.bounds_m[side][side]);
+            Eights { column: span.column, first_row: first_row as u32, facets, bound_m }
         })
     }
 
@@ -487,17 +525,11 @@ impl Sections {
     }
 }
 
-/// Makes some rows of a side in the other half of the plane those of a far side in this one, m, and tells which of them are in front of the
-/// axis: where none is, no part of the tool is on this side.
-fn in_front_of_axis(far_m: &mut [f32], (mut first, mut end): (usize, usize)) -> (usize, usize) {
-    far_m[LANES + first..LANES + end].iter_mut().for_each(|far_m| *far_m = -*far_m);
-    while first < end && far_m[LANES + first] < 0.0 {
-        first += 1;
+/// Makes what is beyond the ends of some rows, as far as eight rows may reach, facets of no tool.
+fn close(facets: &mut [u16], (first, end): (usize, usize), none: u16) {
+    for begin in [first, LANES + end] {
+        facets[begin..begin + LANES].fill(none);
     }
-    while first < end && far_m[LANES + end - 1] < 0.0 {
-        end -= 1;
-    }
-    (first, end)
 }
 
 /// The search for columns from the first one on towards rising angle, and from the one before it on the other way.
@@ -508,123 +540,48 @@ const BEHIND: usize = 1;
 #[derive(Clone, Copy)]
 struct Search {
     /// Where that for the next column begins.
-    side: u16,
+    begin: Begin,
     /// Columns gone over.
     gone: usize,
     /// Whether one in reach has been found, and whether the next one cannot be cut.
     is_found: bool,
     has_ended: bool,
+    /// Least radii of the near side in the last two columns in reach, m, as far as there are.
+    nearest_m: [f32; 2],
 }
 
-/// Tool, pose and lattice, brought together once a press.
-struct Cut<'a> {
-    tool: &'a ConvexTool,
-    turn: Mat3,
-    centre_m: Vec3,
-    lattice: Lattice<'a>,
-    rows_per_m: f32,
-    reach_m: f32,
-    sides: Sides,
-}
-
-impl<'a> Cut<'a> {
-    fn new(tool: &'a ConvexTool, pose: &Pose, lattice: &Lattice<'a>, reach_m: f32, sides: Sides) -> Option<Self> {
-        let turn = pose.turn()?;
-        let (z_m, radius_m) = (pose.centre_m.z, tool.radius().0);
-        let is_cut = !lattice.directions.is_empty()
-            && (1..=Lattice::ROWS_MAX).contains(&lattice.rows)
-            && lattice.row_height_m >= Lattice::ROW_HEIGHT_MIN_M
-            && (-radius_m..=lattice.rows as f32 * lattice.row_height_m + radius_m).contains(&z_m);
-        let rows_per_m = 1.0 / lattice.row_height_m;
-        is_cut.then_some(Self { tool, turn, centre_m: pose.centre_m, lattice: *lattice, rows_per_m, reach_m, sides })
+impl Search {
+    const fn new(begin: Begin) -> Self {
+        Self { begin, gone: 0, is_found: false, has_ended: false, nearest_m: [0.0; 2] }
     }
 
-    /// The slices of columns, along their directions or against them.
-    #[inline(always)]
-    fn slices<S: Simd>(&self, simd: S, columns: [usize; LANES], sense: f32, reach_m: f32) -> Slices<'a, S> {
-        let mut directions = [[0.0; LANES]; 2];
-        for (lane, column) in columns.into_iter().enumerate() {
-            let direction = self.lattice.directions[column] * sense;
-            (directions[0][lane], directions[1][lane]) = (direction.x, direction.y);
-        }
-        let (pose, rows) = ((&self.turn, self.centre_m), (self.lattice.rows, self.rows_per_m));
-        Slices::new(simd, self.tool, pose, directions, rows, reach_m)
-    }
-
-    /// A column by its number in one of the searches that begin at the first. It is seldom beyond those that there are, and a division
-    /// would take longer than all the rest.
-    fn column(&self, first: usize, which: usize, number: usize) -> usize {
-        let columns = self.lattice.directions.len();
-        let number = if number < columns { number } else { number % columns };
-        let column = if which == AHEAD { first + number } else { first + columns - 1 - number };
-        if column < columns { column } else { column - columns }
-    }
-
-    /// A direction of the room in the tool's own coordinates.
-    fn in_tool(&self, x: f32, y: f32) -> Vec3 {
-        let along = |axis: Vec3| axis.x * x + axis.y * y;
-        Vec3::new(along(self.turn.x_axis), along(self.turn.y_axis), along(self.turn.z_axis))
-    }
-
-    /// A side near the place where the tool comes nearest to the axis, and the next column from there; none when it stays
-    /// out of reach.
+    /// How many columns are still to be cut, at most eight.
     ///
-    /// Goes from corner to corner, over the nearest point of the sides between them.
-    fn nearest(&self) -> Option<(u16, usize)> {
-        let tool = self.tool;
-        let place = |corner: u16| {
-            let corner = tool.corners_m()[usize::from(corner)];
-            (self.turn.x_axis.truncate() * corner.x + self.turn.y_axis.truncate() * corner.y)
-                + (self.turn.z_axis.truncate() * corner.z + self.centre_m.truncate())
-        };
-        let mut side = tool.outermost(self.in_tool(-self.centre_m.x, -self.centre_m.y));
-        let mut nearest = place(tool.origin(side));
-        loop {
-            let (first, from, mut next) = (side, place(tool.origin(side)), None);
-            loop {
-                let link = tool.link(side);
-                let way = place(link.apex) - from;
-                let share = (-from.dot(way) / way.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-                let reached = from + way * share;
-                if reached.length_squared() < nearest.length_squared() {
-                    (nearest, next) = (reached, Some(link.onward[1]));
-                }
-                side = link.onward[0];
-                if side == first {
-                    break;
-                }
-            }
-            match next {
-                Some(nearer) => side = nearer,
-                None => break,
-            }
+    /// Seen along the axis, a convex tool has no part that is nearer than the line on through its nearest places in the last two columns. Columns
+    /// an angle φ apart meet it at radii of which `1/r₂ = 2cosφ/r₁ − 1/r₀`, and it passes the axis at a distance of
+    /// `d = sinφ/√(1/r₀² + 1/r₁² − 2cosφ/r₀r₁)`; one that is nearer by as much as corners may stand out of planes, at `1/r·d/(d − s)`.
+    fn left(&self, cut: &Cut<'_>) -> usize {
+        const SLACK_M: f32 = 4.0 * ConvexTool::BULGE_MAX.0;
+        let [before_m, last_m] = self.nearest_m;
+        if self.has_ended {
+            return 0;
         }
-        let distance_m = root(nearest.length_squared());
-        if distance_m > self.reach_m {
-            // the whole tool lies beyond the plane through its innermost corner that way
-            let innermost = tool.climb(side, self.in_tool(-nearest.x, -nearest.y));
-            if place(tool.origin(innermost)).dot(nearest) > self.reach_m * distance_m {
-                return None;
+        if before_m.min(last_m) <= AXIS_M {
+            return LANES;
+        }
+        let [one, next] = [0, 1].map(|column| cut.lattice.directions[column % cut.lattice.directions.len()]);
+        let (cos, sin, [mut before, mut last]) = (one.dot(next), one.perp_dot(next), [1.0 / before_m, 1.0 / last_m]);
+        let distance_m = sin / root(before * before + last * last - 2.0 * cos * before * last);
+        let mut left = 0;
+        while left < LANES {
+            (before, last) = (last, 2.0 * cos * last - before);
+            // farther on, both places lead farther astray
+            let nearer_m = distance_m - (left + 1) as f32 * SLACK_M;
+            if last * distance_m * cut.reach_m < nearer_m {
+                break;
             }
+            left += 1;
         }
-        // beside the axis a direction is chance; the column through the tool's centre crosses it in any case
-        let towards = if distance_m > AXIS_M { nearest } else { self.centre_m.truncate() };
-        Some((side, self.column_after(towards)))
-    }
-
-    /// The same with the place that is farthest away on the tool's own side of the axis; none when the whole tool is within reach.
-    fn farthest(&self) -> Option<(u16, usize)> {
-        let away = self.centre_m.truncate();
-        if root(away.length_squared()) + self.tool.radius().0 < self.reach_m {
-            return None;
-        }
-        Some((self.tool.outermost(self.in_tool(away.x, away.y)), self.column_after(away)))
-    }
-
-    /// The first column towards rising angle from a direction on.
-    fn column_after(&self, towards: Vec2) -> usize {
-        let columns = self.lattice.directions.len();
-        let turns = libm::atan2f(towards.y, towards.x) * (columns as f32 / core::f32::consts::TAU);
-        (libm::ceilf(turns) as i64).rem_euclid(columns as i64) as usize
+        left
     }
 }

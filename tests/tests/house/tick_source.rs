@@ -39,7 +39,7 @@ const ELSEWHERE: [&str; 7] = [
 ];
 
 /// Functions in the others that are beside the tick.
-const BESIDE: [(&str, &[&str]); 22] = [
+const BESIDE: [(&str, &[&str]); 23] = [
     // before the first tick and after the last
     ("client/src/haptic_loop.rs", &["new", "histogram"]),
     ("client/src/boundary.rs", &["boundary"]),
@@ -83,6 +83,7 @@ const BESIDE: [(&str, &[&str]); 22] = [
     ("shared/src/clay/wheel.rs", &["starting_at"]),
     ("shared/src/clay/window.rs", &["for_grid"]),
     ("shared/src/tool/convex.rs", &["new", "find_outermost", "normals"]),
+    ("shared/src/tool/ray.rs", &["planes"]),
     ("shared/src/tool/ridges.rs", &["of"]),
     // room that is made anew for another grid
     ("shared/src/tool/outline.rs", &["make_room"]),
