@@ -251,11 +251,25 @@ fn scripted_run(method: MethodKind) -> (u64, f64) {
     (pot.digest(), (before - pot.enclosed_volume_m3()) * 1e9)
 }
 
+/// A cube of 20 mm with a corner in the middle of each face, `dented_m` inside of it: convex but for nearly as much as is allowed.
+fn dented_cube(dented_m: f32) -> ConvexTool {
+    let corner = |at: usize| (Vec3::new((at & 1) as f32, (at >> 1 & 1) as f32, (at >> 2) as f32) - 0.5) * 0.02;
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = faces.iter().flat_map(|face| {
+        let middle = face.iter().map(|&at| corner(at)).sum::<Vec3>() * (0.25 - dented_m * 25.0);
+        (0..4).map(move |at| [corner(face[at]), corner(face[(at + 1) % 4]), middle])
+    });
+    ConvexTool::new(&triangles.collect::<Vec<_>>()).unwrap()
+}
+
 /// A server that saw all of a session and a client that came late know other radii as the widest and the narrowest that there were: what is looked
 /// at goes by those, and what is found does not.
 #[test]
 fn clay_that_was_once_wider_and_narrower_is_pressed_alike() {
-    let tools = TOOLS.map(Tool::Convex).into_iter().chain([Tool::default()]);
+    let bulging = dented_cube(2e-6);
+    let rack: Arc<[ConvexTool]> = rack::standard().iter().cloned().chain([bulging]).collect();
+    let bulging = Shape(rack.len() as u8 - 1);
+    let tools = TOOLS.into_iter().chain([bulging]).map(Tool::Convex).chain([Tool::default()]);
     let mut touched = 0;
     for (tool, support) in tools.flat_map(|tool| [(tool, Support::Backed), (tool, Support::Hollow)]) {
         for (number, side) in [Side::Outside, Side::Inside, Side::Outside, Side::Inside].into_iter().enumerate() {
@@ -268,15 +282,16 @@ fn clay_that_was_once_wider_and_narrower_is_pressed_alike() {
             }
             let step = number as f32;
             let turn = Quat::from_xyzw(0.1 * step, 0.2, 0.3 - 0.1 * step, 0.9);
-            let base = held(tool.shape().unwrap_or(Shape::KNUCKLE), 0.4, 0.1, 0.003, side, MethodKind::Plastic);
+            let shape = tool.shape().filter(|shape| *shape != bulging).unwrap_or(Shape::KNUCKLE);
+            let base = held(shape, 0.4, 0.1, 0.003, side, MethodKind::Plastic);
+            let mut substep = SubStep::with_rack(spec.shape, Arc::clone(&rack));
             for deeper in 0..12_u8 {
                 let out = base.centre_m.truncate().normalize().extend(0.0);
                 let way_m = 0.0005 * f32::from(deeper) * if side == Side::Outside { -1.0 } else { 1.0 };
                 let (orientation, centre_m) = (turn * base.orientation, base.centre_m + out * way_m);
                 let press = Press { tool, orientation, centre_m, ..base };
-                let contacts = pots
-                    .each_mut()
-                    .map(|pot| SubStep::for_grid(spec.shape).advance(pot, &[press], MethodKind::Plastic, |_, _| {})[0]);
+                let contacts =
+                    pots.each_mut().map(|pot| substep.advance(pot, &[press], MethodKind::Plastic, |_, _| {})[0]);
                 assert_eq!(contacts[0], contacts[1], "{tool:?} {side:?} {support:?}");
                 touched += contacts[0].elements;
             }
