@@ -29,8 +29,8 @@ pub mod view;
 mod way_back;
 mod worker;
 
-pub use pottery_files::sentence::sentence;
-pub use pottery_files::{pot_file, whole_file};
+pub use pottery_files::sentence::{of_line, sentence};
+pub use pottery_files::{flags, pot_file, whole_file};
 pub use quinn::Endpoint;
 
 pub use claim::{Claim, Core, CoreError, Granted, Priority};

@@ -66,9 +66,12 @@ pub enum ToolFileFault {
         /// Bytes that are there.
         bytes: u64,
     },
-    /// Not what an STL file looks like; export the mesh again.
-    #[error("it is no STL file ({0}); export the mesh again")]
-    Stl(io::Error),
+    /// There is nothing in the file; export the mesh again.
+    #[error("there is nothing in it; export the mesh again")]
+    Empty,
+    /// Not what an STL file looks like, or not all of it; export the mesh again.
+    #[error("it is no STL file, or its end is missing; export the mesh again")]
+    Stl,
     /// More than one body; export one.
     #[error("it holds more than one solid; export a single one")]
     SeveralSolids,
@@ -77,12 +80,15 @@ pub enum ToolFileFault {
     Mesh(#[from] ConvexError),
 }
 
-/// What is wrong with a line of an OBJ file.
+/// What is wrong with a line of an OBJ file, or of an STL file in text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineProblem {
     /// `v` needs three numbers.
     #[error("has a corner without three numbers")]
     Corner,
+    /// `vertex` and `facet normal` need three finite numbers.
+    #[error("has a corner or a normal without three finite numbers")]
+    Numbers,
     /// `f` needs three corners or more.
     #[error("has a face of fewer than three corners")]
     Face,
@@ -141,7 +147,7 @@ fn contents(path: &Path) -> Result<Vec<u8>, ToolFileFault> {
     if bytes.len() as u64 > FILE_BYTES_MAX {
         return Err(ToolFileFault::TooLarge { max: FILE_BYTES_MAX });
     }
-    Ok(bytes)
+    if bytes.is_empty() { Err(ToolFileFault::Empty) } else { Ok(bytes) }
 }
 
 /// Triangles as they stand in a file, in its unit.

@@ -7,16 +7,21 @@ use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pottery_files::sentence::of_line;
 use pottery_shared::clay::{
-    Form, GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, ResolutionError,
-    Support, Wetness, Wheel,
+    Form, GridError, GridShape, Material, MaterialError, MethodKind, PotError, PotSpec, Preset, Support, Wetness, Wheel,
 };
 use pottery_shared::protocol::{JoinCode, JoinCodeError};
 use pottery_shared::snapshot::PotRecord;
+use pottery_shared::tool::Sphere;
 use pottery_shared::units::{Metres, Rpm};
 use serde::{Deserialize, Serialize};
 
 use crate::{Arrivals, Input};
+
+use written::{number, whole};
+
+pub(crate) mod written;
 
 /// Everything a server needs to know.
 #[derive(Clone, Debug)]
@@ -79,6 +84,10 @@ pub struct Finest {
 impl Finest {
     /// What is seen of a pot that fills a large screen.
     pub const SEEN: Metres = Metres(0.1e-3);
+    /// Smallest and largest tool that a grid may be for, mm.
+    pub const TOOL_MM: (f32, f32) = (Sphere::RADIUS_MIN.as_mm(), Sphere::RADIUS_MAX.as_mm());
+    /// Shortest and longest length that may be seen, mm: a hundredth, and an element of the largest tool's grid.
+    pub const SEEN_MM: (f32, f32) = (0.01, 10.0);
 
     /// For the smallest tool and, where it is known, the finest viewer.
     #[must_use]
@@ -88,6 +97,8 @@ impl Finest {
 
     /// The grid for a pot of a form, by the form's greatest width.
     fn shape(self, form: Form, pot: PotSpec) -> Result<GridShape, ConfigError> {
+        within("smallest_tool_mm", self.tool.told_mm(), Self::TOOL_MM)?;
+        within("finest_view_mm", self.seen.told_mm(), Self::SEEN_MM)?;
         let pot = match form {
             Form::Cylinder => pot,
             form => {
@@ -96,8 +107,30 @@ impl Finest {
                 PotSpec { radius: Metres(radii_m.copied().fold(0.0, f32::max)), ..*made.spec() }
             }
         };
-        Ok(GridShape::for_tool_and_view(&pot, self.tool, self.seen)?)
+        let shape_for = |tool_mm| GridShape::for_tool_and_view(&pot, Metres::from_mm(tool_mm), self.seen);
+        let tool_mm = self.tool.told_mm();
+        shape_for(tool_mm).map_err(|_| {
+            let most_mm = Self::TOOL_MM.1;
+            // in tenths, as people choose
+            let mut choices_mm = (1..10 * most_mm as u16).map(|tenths| f32::from(tenths) / 10.0);
+            let least_mm = choices_mm.find(|&tool_mm| shape_for(tool_mm).is_ok()).unwrap_or(most_mm);
+            ConfigError::TooFine { tool_mm, least_mm, most_mm }
+        })
     }
+}
+
+/// Whether a number can be used.
+fn within(setting: &'static str, value: f32, (min, max): (f32, f32)) -> Result<(), ConfigError> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(ConfigError::Range { setting, value: told(value), min, max })
+    }
+}
+
+/// A number without the digits that binary adds and nobody wrote: six are left, which an `f32` has.
+fn told(number: f32) -> f32 {
+    format!("{number:.5e}").parse().unwrap_or(number)
 }
 
 impl ServerConfig {
@@ -117,19 +150,14 @@ impl ServerConfig {
     /// # Errors
     /// [`ConfigError`] naming the setting and its range.
     pub fn checked(mut self) -> Result<Self, ConfigError> {
+        let count = |setting, number: u16, most: u16| within(setting, number.into(), (1.0, most.into()));
+        count("wheels", self.wheels, Self::WHEELS_MAX)?;
+        count("people_max", self.people_max, Self::PEOPLE_MAX)?;
+        self.pot.check()?;
         if let Some(finest) = self.finest {
             self.pot.shape = finest.shape(self.form, self.pot)?;
         }
-        let within = |setting: &'static str, value: u16, max: u16| {
-            if (1..=max).contains(&value) { Ok(()) } else { Err(ConfigError::Count { setting, value, max }) }
-        };
-        within("wheels", self.wheels, Self::WHEELS_MAX)?;
-        within("people_max", self.people_max, Self::PEOPLE_MAX)?;
-        self.pot.check()?;
-        let rpm = self.wheel_speed.0;
-        if !(rpm.is_finite() && rpm.abs() <= Wheel::RPM_MAX.0) {
-            return Err(ConfigError::WheelSpeed { rpm, max: Wheel::RPM_MAX.0 });
-        }
+        within("wheel_rpm", self.wheel_speed.0, (-Wheel::RPM_MAX.0, Wheel::RPM_MAX.0))?;
         Material::new(self.clay.viscosity, self.clay.strength)?;
         if self.code.as_ref().is_some_and(|code| code.print().is_some()) {
             return Err(ConfigError::LongCode);
@@ -197,30 +225,34 @@ impl Default for ServerConfig {
 /// Why a server cannot be configured like that.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// A count out of range.
-    #[error("{setting} = {value} cannot be used: choose a number from 1 to {max}")]
-    Count {
+    /// A number out of range.
+    #[error("{setting} = {value} cannot be used: choose a number from {min} to {max}")]
+    Range {
         /// Name of the setting.
         setting: &'static str,
         /// What was given.
-        value: u16,
-        /// Largest allowed.
-        max: u16,
-    },
-    /// A turning speed out of range.
-    #[error("a wheel speed of {rpm} rpm cannot be used: choose one from -{max} to {max}")]
-    WheelSpeed {
-        /// What was given.
-        rpm: f32,
+        value: f32,
+        /// Smallest allowed.
+        min: f32,
         /// Largest allowed.
         max: f32,
     },
-    /// A pot that cannot be made.
+    /// A grid that cannot be had.
     #[error(transparent)]
-    Pot(#[from] PotError),
-    /// No grid follows from the smallest tool and the finest viewer.
-    #[error(transparent)]
-    Finest(#[from] ResolutionError),
+    Grid(#[from] GridError),
+    /// More elements than there can be follow from the smallest tool and the finest viewer.
+    #[error(
+        "smallest_tool_mm = {tool_mm} cannot be used: it gives this pot more elements than there can be; choose a number from {least_mm} to \
+         {most_mm}"
+    )]
+    TooFine {
+        /// Radius of the tool.
+        tool_mm: f32,
+        /// Smallest that this pot can have a grid for, to a tenth.
+        least_mm: f32,
+        /// Largest allowed.
+        most_mm: f32,
+    },
     /// A grid named twice.
     #[error("'smallest_tool_mm' says how fine the grid is: leave 'columns' and 'rows' out")]
     GridTwice,
@@ -341,9 +373,19 @@ pub enum ConfigError {
     },
 }
 
-impl From<GridError> for ConfigError {
-    fn from(error: GridError) -> Self {
-        Self::Pot(error.into())
+impl From<PotError> for ConfigError {
+    fn from(error: PotError) -> Self {
+        match error {
+            PotError::Grid(error) => Self::Grid(error),
+            PotError::Measure { field, value_mm, min_mm: min, max_mm: max } => {
+                let setting = match field {
+                    "height" => "height_mm",
+                    "radius" => "radius_mm",
+                    _ => "wall_mm",
+                };
+                Self::Range { setting, value: told(value_mm), min, max }
+            }
+        }
     }
 }
 
@@ -355,7 +397,7 @@ impl From<GridError> for ConfigError {
 /// assert_eq!((config.wheels, config.pot.support.name()), (4, "hollow"));
 /// ```
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct FileConfig {
     listen: Option<SocketAddr>,
     code: Option<String>,
@@ -363,19 +405,31 @@ pub struct FileConfig {
     lobby: Option<bool>,
     class: Option<String>,
     announce: Option<bool>,
-    wheels: Option<u16>,
-    people_max: Option<u16>,
+    #[serde(deserialize_with = "whole::<_, _, 1, { ServerConfig::WHEELS_MAX as u32 }>")]
+    wheels: Option<u32>,
+    #[serde(deserialize_with = "whole::<_, _, 1, { ServerConfig::PEOPLE_MAX as u32 }>")]
+    people_max: Option<u32>,
+    // how many there may be in all is the grid's affair
+    #[serde(deserialize_with = "whole::<_, _, 8, 4096>")]
     columns: Option<u32>,
+    #[serde(deserialize_with = "whole::<_, _, 4, 4096>")]
     rows: Option<u32>,
+    #[serde(deserialize_with = "number")]
     smallest_tool_mm: Option<f32>,
+    #[serde(deserialize_with = "number")]
     finest_view_mm: Option<f32>,
+    #[serde(deserialize_with = "number")]
     height_mm: Option<f32>,
+    #[serde(deserialize_with = "number")]
     radius_mm: Option<f32>,
+    #[serde(deserialize_with = "number")]
     wall_mm: Option<f32>,
     form: Option<String>,
     method: Option<String>,
+    #[serde(deserialize_with = "number")]
     wheel_rpm: Option<f32>,
     clay: Option<String>,
+    #[serde(deserialize_with = "number")]
     wetness: Option<f32>,
     support: Option<String>,
     data: Option<PathBuf>,
@@ -394,7 +448,7 @@ impl FileConfig {
             std::fs::read_to_string(path).map_err(|source| ConfigError::File { path: path.to_path_buf(), source })?;
         toml::from_str(&text).map_err(|error| ConfigError::Syntax {
             path: path.to_path_buf(),
-            reason: error.to_string().trim_end().to_owned(),
+            reason: of_line(&text, error.span().map(|span| span.start), error.message()),
         })
     }
 
@@ -410,8 +464,8 @@ impl FileConfig {
             lobby: Some(config.has_lobby),
             class: config.class.clone(),
             announce: Some(config.is_announced),
-            wheels: Some(config.wheels),
-            people_max: Some(config.people_max),
+            wheels: Some(config.wheels.into()),
+            people_max: Some(config.people_max.into()),
             columns: Some(pot.shape.columns()),
             rows: Some(pot.shape.rows()),
             smallest_tool_mm: None,
@@ -474,8 +528,8 @@ impl FileConfig {
         config.has_lobby = self.lobby.unwrap_or(config.has_lobby);
         config.class = self.class;
         config.is_announced = self.announce.unwrap_or(config.is_announced);
-        config.wheels = self.wheels.unwrap_or(config.wheels);
-        config.people_max = self.people_max.unwrap_or(config.people_max);
+        config.wheels = self.wheels.map_or(config.wheels, |wheels| wheels as u16);
+        config.people_max = self.people_max.map_or(config.people_max, |people| people as u16);
         config.wheel_speed = self.wheel_rpm.map_or(config.wheel_speed, Rpm);
         config.data = self.data;
         config.operate = self.operate;

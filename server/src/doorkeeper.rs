@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use tokio::time::Instant;
 
 use crate::bucket::{Bucket, Rate};
+use crate::config::written::{MOST, whole};
 use crate::input::{Input, Kind, Meter};
 
 /// How many arrivals an address may have.
@@ -20,10 +21,13 @@ use crate::input::{Input, Kind, Meter};
 #[serde(default, deny_unknown_fields)]
 pub struct Arrivals {
     /// At once: a school behind one address.
+    #[serde(deserialize_with = "whole::<_, _, 1, MOST>")]
     pub burst: u32,
     /// And each second after that.
+    #[serde(deserialize_with = "whole::<_, _, 1, MOST>")]
     pub per_s: u32,
     /// What a wrong code costs in arrivals.
+    #[serde(deserialize_with = "whole::<_, _, 0, MOST>")]
     pub wrong_code_costs: u32,
     /// Whether this machine itself may knock as often as it likes.
     pub exempts_loopback: bool,

@@ -9,6 +9,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::bucket::{Bucket, Rate};
+use crate::config::written::{MOST, whole};
 use crate::doorkeeper::SharedDoorkeeper;
 
 /// How much people may send, for long; what that makes in [`Input::AT_ONCE_S`] may come at once.
@@ -19,14 +20,19 @@ use crate::doorkeeper::SharedDoorkeeper;
 #[serde(default, deny_unknown_fields)]
 pub struct Input {
     /// Datagrams a second of each person.
+    #[serde(deserialize_with = "whole::<_, _, { Input::DATAGRAMS_PER_S_LEAST }, MOST>")]
     pub datagrams_per_s: u32,
     /// Their bytes.
+    #[serde(deserialize_with = "whole::<_, _, { Input::BYTES_PER_S_LEAST }, MOST>")]
     pub datagram_bytes_per_s: u32,
     /// Requests a second of each person.
+    #[serde(deserialize_with = "whole::<_, _, 1, MOST>")]
     pub requests_per_s: u32,
     /// Their bytes.
+    #[serde(deserialize_with = "whole::<_, _, { Input::BYTES_PER_S_LEAST }, MOST>")]
     pub request_bytes_per_s: u32,
     /// What all of an address share beyond that, in people.
+    #[serde(deserialize_with = "whole::<_, _, 0, MOST>")]
     pub spare_people: u32,
 }
 

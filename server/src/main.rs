@@ -20,8 +20,9 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use pottery_files::flags::{first_sentence, number_from};
 use pottery_files::sentence::sentence;
-use pottery_server::{FileConfig, Server, ServerConfig, stop_signal};
+use pottery_server::{FileConfig, Finest, Server, ServerConfig, stop_signal};
 use pottery_shared::clay::{Form, Material, MethodKind, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 use tracing_subscriber::filter::{LevelFilter, Targets};
@@ -32,7 +33,8 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 ///
 /// Settings come from flags, then the environment, then the file given with --config, then the defaults.
 #[derive(Debug, Parser)]
-#[command(name = "pottery-server", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+#[command(name = "pottery-server", version, after_help = EXAMPLES)]
+#[command(allow_negative_numbers = true, args_conflicts_with_subcommands = true)]
 struct Flags {
     #[command(subcommand)]
     command: Option<Command>,
@@ -43,7 +45,7 @@ struct Flags {
     #[arg(long, env = "POTTERY_CODE")]
     code: Option<JoinCode>,
     /// Hours for which a code is good: after that, and after a teacher has changed it, it lets nobody in [default: for good]
-    #[arg(long, value_name = "HOURS", env = "POTTERY_CODE_HOURS")]
+    #[arg(long, value_name = "HOURS", value_parser = number_from(ServerConfig::CODE_HOURS.0, ServerConfig::CODE_HOURS.1), env = "POTTERY_CODE_HOURS")]
     code_hours: Option<f64>,
     /// Who comes waits until a teacher lets them in
     #[arg(long, env = "POTTERY_LOBBY")]
@@ -58,20 +60,20 @@ struct Flags {
     #[arg(long)]
     new_teacher_token: bool,
     /// Number of wheels, each with its own pot
-    #[arg(long, value_parser = count(ServerConfig::WHEELS_MAX), env = "POTTERY_WHEELS")]
+    #[arg(long, value_parser = number_from(1, ServerConfig::WHEELS_MAX), env = "POTTERY_WHEELS")]
     wheels: Option<u16>,
     /// Most people at one time [default: 64]
-    #[arg(long, value_parser = count(ServerConfig::PEOPLE_MAX), env = "POTTERY_PEOPLE")]
+    #[arg(long, value_parser = number_from(1, ServerConfig::PEOPLE_MAX), env = "POTTERY_PEOPLE")]
     people: Option<u16>,
     /// What stands on every wheel at first: cylinder, bowl, bottle or ball [default: cylinder]
     #[arg(long, value_name = "NAME", value_parser = form, env = "POTTERY_FORM")]
     form: Option<Form>,
     /// Radius of the smallest tool that anybody will use, mm: the grid of every pot is as coarse as that tool allows. A finger has
     /// 8 to 12, and takes a tenth of the elements [default: 360 x 400 of them, which do for 4.2 mm]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true, env = "POTTERY_SMALLEST_TOOL_MM")]
+    #[arg(long, value_name = "MM", value_parser = number_from(Finest::TOOL_MM.0, Finest::TOOL_MM.1), env = "POTTERY_SMALLEST_TOOL_MM")]
     smallest_tool_mm: Option<f32>,
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
-    #[arg(long, value_name = "MM", allow_negative_numbers = true, env = "POTTERY_FINEST_VIEW_MM")]
+    #[arg(long, value_name = "MM", value_parser = number_from(Finest::SEEN_MM.0, Finest::SEEN_MM.1), env = "POTTERY_FINEST_VIEW_MM")]
     finest_view_mm: Option<f32>,
     /// What stands behind every pot's wall: backed (a rigid core) or hollow (nothing: it bends) [default: backed]
     #[arg(long, value_name = "NAME", value_parser = support, env = "POTTERY_SUPPORT")]
@@ -83,14 +85,14 @@ struct Flags {
     #[arg(long, value_name = "NAME", value_parser = preset, env = "POTTERY_CLAY")]
     clay: Option<Preset>,
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs)
-    #[arg(long, value_name = "INDEX", value_parser = wetness, allow_negative_numbers = true, env = "POTTERY_WETNESS")]
+    #[arg(long, value_name = "INDEX", value_parser = wetness, env = "POTTERY_WETNESS")]
     wetness: Option<Wetness>,
     /// Session file to write while the studio is open: pottery-studio replay goes through it again. It must not exist yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Print what the server counts as a line of JSON every so many seconds: people, ticks, how long they took, datagrams
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
-    figures: Option<u64>,
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(1, FIGURES_S_MAX))]
+    figures: Option<u32>,
     /// Folder in which the pots are kept: written every half minute, when everybody has left a wheel and at the end, and gone on with
     /// at the next start
     #[arg(long, value_name = "DIR", env = "POTTERY_DATA")]
@@ -120,6 +122,9 @@ enum Command {
     Console(console::ConsoleFlags),
 }
 
+/// Seconds of a day, after which figures are printed at the latest.
+const FIGURES_S_MAX: u32 = 86_400;
+
 const EXAMPLES: &str = "Examples:
   pottery-server                                  one wheel, a fresh join code
   pottery-server --wheels 8 --code K7QM-3XPD      a class round eight wheels
@@ -135,13 +140,6 @@ const EXAMPLES: &str = "Examples:
 
 pub(crate) fn address(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
-}
-
-fn count(max: u16) -> impl Fn(&str) -> Result<u16, String> + Clone {
-    move |text| {
-        let number = text.parse().ok().filter(|number| (1..=max).contains(number));
-        number.ok_or_else(|| format!("choose a number from 1 to {max}"))
-    }
 }
 
 fn method(text: &str) -> Result<MethodKind, String> {
@@ -174,10 +172,20 @@ enum Log {
     Json,
 }
 
+/// Exit code of flags that make no sense.
+const SENSELESS: u8 = 2;
+
 #[tokio::main]
 async fn main() -> ExitCode {
-    let matches = Flags::command().get_matches();
-    let flags = Flags::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let parsed = Flags::command().try_get_matches();
+    let (flags, matches) = match parsed.and_then(|matches| Ok((Flags::from_arg_matches(&matches)?, matches))) {
+        Ok(parsed) => parsed,
+        Err(said) if !said.use_stderr() => said.exit(),
+        Err(wrong) => {
+            drop(writeln!(std::io::stderr(), "pottery-server: {}", first_sentence(&wrong.to_string())));
+            return ExitCode::from(SENSELESS);
+        }
+    };
     let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
     let filter = asked.unwrap_or_else(|| Targets::new().with_target("pottery_server", LevelFilter::INFO));
     let has_colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
@@ -259,7 +267,7 @@ async fn run(flags: Flags, matches: &ArgMatches) -> anyhow::Result<()> {
     }
     tokio::pin!(stopped);
     loop {
-        let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u64::from(u32::MAX))));
+        let next = tokio::time::sleep(Duration::from_secs(flags.figures.unwrap_or(u32::MAX).into()));
         tokio::select! {
             ended = &mut stopped => break ended?,
             // who watches this program begins it anew; people come back by themselves

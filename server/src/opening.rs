@@ -4,7 +4,7 @@
 //! Invariant: pots that were kept are gone on with or put aside, and never written over unseen.
 
 use pottery_files::pot_file::PotFile;
-use pottery_shared::clay::{Form, PotSpec};
+use pottery_shared::clay::{Form, MethodKind, PotSpec, Support};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::room::{Room, RoomConfig};
 use pottery_shared::snapshot::PotRecord;
@@ -37,7 +37,9 @@ pub(crate) fn open(
         (None, Form::Cylinder) => None,
         (None, form) => Some(PotRecord::of(&form.pot(config.pot).map_err(ConfigError::from)?)),
     };
+    let asked = record.as_ref().map_or(config.pot, |record| *record.spec());
     let Some(folder) = folder else {
+        tell_stiff(&asked, config.method);
         let opened = match &record {
             Some(record) => Room::starting_from(room, record),
             None => Room::new(room),
@@ -59,8 +61,7 @@ pub(crate) fn open(
         if config.opened.is_some() {
             return Err(StoreError::Opened { path }.into());
         }
-        let asked = record.as_ref().map_or(&config.pot, PotRecord::spec);
-        if let Some(words) = unlike(asked, &spec) {
+        if let Some(words) = unlike(&asked, &spec) {
             tracing::warn!("{words}");
         }
         if let Some(method) = method {
@@ -74,9 +75,10 @@ pub(crate) fn open(
                 "pots that were kept are gone on with in the clay they had, which is other clay than the settings' for new pots"
             );
         }
-    } else if let Some(record) = &record {
-        room.pot = *record.spec();
+    } else if record.is_some() {
+        room.pot = asked;
     }
+    tell_stiff(&room.pot, room.method);
     // wheels that have no pot of their own begin with what was asked for, where it is of the same make
     for empty in records.iter_mut().filter(|kept| kept.is_none()) {
         *empty = record.clone().filter(|record| *record.spec() == room.pot).map(|record| (record, config.clay));
@@ -84,6 +86,16 @@ pub(crate) fn open(
     let room = Room::going_on_with(room, &records).map_err(ConfigError::from)?;
     store.know(|wheel| mark(&room, wheel));
     Ok((room, Some(store)))
+}
+
+/// Says where a wall could bend, and does not by the method that was chosen.
+fn tell_stiff(pot: &PotSpec, method: MethodKind) {
+    if pot.support == Support::Hollow && method != MethodKind::Plastic {
+        let name = method.name();
+        tracing::warn!(
+            "a hollow pot's wall does not bend by the {name} method: choose the plastic method, or the support backed"
+        );
+    }
 }
 
 /// What is said where pots were kept that are of another make than what is asked for now; the kept ones go on as they are.

@@ -88,8 +88,11 @@ impl Dent {
         self.pot.check()?;
         let youngs_pa = Range::Closed(Material::YOUNGS_PA_MIN, Material::YOUNGS_PA_MAX);
         Figure::Youngs.within(self.strength.youngs_pa, youngs_pa, "")?;
-        let yield_pa = Range::Closed(Material::YIELD_PA_MIN, Material::YIELD_PA_MAX);
-        Figure::Yield.within(self.strength.yield_pa, yield_pa, "")?;
+        // clay that is strained as far as it is long has torn before it yields
+        let youngs_pa = self.strength.youngs_pa;
+        let why = if youngs_pa < Material::YIELD_PA_MAX { "as much as Young's modulus" } else { "" };
+        let yield_pa = Range::Closed(Material::YIELD_PA_MIN, Material::YIELD_PA_MAX.min(youngs_pa * (1.0 + HAIR)));
+        Figure::Yield.within(self.strength.yield_pa, yield_pa, why)?;
         let PotSpec { radius, wall, support, .. } = self.pot;
         let tool = sphere(Figure::ToolRadius, self.tool, radius, "the pot's radius")?;
         self.check_depth()?;
@@ -100,7 +103,9 @@ impl Dent {
             if self.method != MethodKind::Plastic {
                 return Err(DentError::FingerIsUnknown);
             }
-            sphere(Figure::FingerRadius, finger, Metres(radius.0 - wall.0), "so that it fits into the pot")?;
+            // one that the wall comes to lie round is a core, which nothing here knows of
+            let most = Metres(radius.0 - wall.0 - self.depth.0);
+            sphere(Figure::FingerRadius, finger, most, "so that it fits into the pot, pressed in so far")?;
         }
         self.check_round()?;
         Ok(tool)
@@ -109,16 +114,22 @@ impl Dent {
     /// A core lets no tool deeper than its clay goes. Without one, the wall bends as far as the tool goes and beyond, by what is
     /// known of small deflections: from about half of the radius on, it would come out on the other side of the axis.
     fn check_depth(&self) -> Result<(), DentError> {
-        let (wall_m, third_m) = (self.pot.wall.0, self.pot.radius.0 / 3.0);
-        let squeezed_m = wall_m - PotSpec::WALL_MIN.0;
-        let (most_m, why) = match self.pot.support {
-            Support::Backed if wall_m < third_m => (wall_m, "how thick the backed wall is"),
-            Support::Hollow if self.finger.is_some() && squeezed_m < third_m => {
-                (squeezed_m, "what the finger leaves of the wall but a millimetre")
+        let (wall_mm, third_mm) = (self.pot.wall.told_mm(), self.pot.radius.as_mm() / 3.0);
+        let least_mm = PotSpec::WALL_MIN.told_mm();
+        let squeezed_mm = wall_mm - least_mm;
+        let (most_mm, why) = match self.pot.support {
+            Support::Backed if wall_mm < third_mm => (wall_mm, "how thick the backed wall is"),
+            Support::Hollow if self.finger.is_some() && squeezed_mm <= 0.0 => {
+                return Err(DentError::ThinWall { wall_mm, least_mm });
             }
-            _ => (third_m, "a third of the pot's radius"),
+            Support::Hollow if self.finger.is_some() && squeezed_mm < third_mm => {
+                (squeezed_mm, "what the finger leaves of the wall but a millimetre")
+            }
+            _ => (third_mm, "a third of the pot's radius"),
         };
-        Figure::Depth.within(self.depth.0, Range::UpTo(most_m), why)
+        // what is told is taken: to the micrometre
+        let most = Metres::from_mm(Metres::from_mm(most_mm).told_mm());
+        Figure::Depth.within(self.depth.0, Range::UpTo(most.0), why)
     }
 
     fn check_round(&self) -> Result<(), DentError> {

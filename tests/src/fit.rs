@@ -152,7 +152,7 @@ impl Misfit {
         let pressed = known.dent.press_with(PlasticCsem { law }, STEPS_IN)?;
         let (permanent, loaded) = (known.difference(&pressed, true), known.difference(&pressed, false));
         let force = (f64::from(pressed.contact().force_n.x) - known.force_n) / known.largest_force_n;
-        let score = PERMANENT * permanent + loaded + FORCE * force.abs() * (1.0 + force.abs() / FORCE_LARGE);
+        let score = PERMANENT * permanent + loaded + FORCE * counted(force);
         Ok(Self { permanent, loaded, force, score })
     }
 }
@@ -163,6 +163,11 @@ impl Misfit {
 /// [`FitError::Dent`] for figures that make no sense.
 pub fn misfits(law: PlasticLaw, known: &[KnownDent]) -> Result<Vec<Misfit>, FitError> {
     known.iter().map(|known| Misfit::of(law, known)).collect()
+}
+
+/// What an error of a force counts.
+fn counted(force: f64) -> f64 {
+    force.abs() * (1.0 + force.abs() / FORCE_LARGE)
 }
 
 /// Mean score of some misfits: `1.5·RMS permanent + RMS loaded + 0.7·|force error|`.

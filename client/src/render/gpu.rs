@@ -103,8 +103,14 @@ impl Gpu {
     /// # Errors
     /// [`GpuError`] when there is none or it cannot be opened.
     pub fn headless() -> Result<Self, GpuError> {
-        let instance = wgpu::Instance::new(Self::instance_descriptor());
-        pollster::block_on(Self::open(&instance, None, false))
+        // OpenGL, which looks for a display and says as an error that there is none, is asked only where it has something better
+        GpuAhead::open().map_or_else(
+            || {
+                let instance = wgpu::Instance::new(Self::instance_descriptor());
+                pollster::block_on(Self::open(&instance, None, false))
+            },
+            |(_, gpu)| Ok(gpu),
+        )
     }
 
     /// Opens every adapter that there is, without a window; those that refuse are left out.

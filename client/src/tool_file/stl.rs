@@ -5,7 +5,7 @@
 
 use std::io::Cursor;
 
-use super::{ToolFileFault, Triangles, has_room};
+use super::{LineProblem, ToolFileFault, Triangles, has_room};
 
 const HEADER_BYTES: usize = 80;
 const COUNT_BYTES: usize = 4;
@@ -43,23 +43,37 @@ fn text_start(bytes: &[u8]) -> Option<&str> {
 
 /// Text as `stl_io` expects it: words in small letters, and a name behind `solid`, which other programs may leave out.
 fn read_text(bytes: &[u8]) -> Result<Triangles, ToolFileFault> {
-    let text = text_start(bytes).unwrap_or_default().to_ascii_lowercase();
+    let text = text_start(bytes).ok_or(ToolFileFault::Stl)?.to_ascii_lowercase();
     let (_, facets) = text.split_once('\n').unwrap_or_default();
+    // what stands before the first facet is counted as well
+    let before = bytes[..bytes.len() - facets.len()].iter().filter(|byte| **byte == b'\n').count();
+    if let Some(at) = facets.lines().position(|line| !has_its_numbers(line)) {
+        return Err(ToolFileFault::Line { line: before + at + 1, problem: LineProblem::Numbers });
+    }
     if facets.lines().filter(|line| line.trim_start().starts_with("endsolid")).count() > 1 {
         return Err(ToolFileFault::SeveralSolids);
     }
     read(format!("solid tool\n{facets}").into_bytes())
 }
 
+/// Whether a line that has three numbers, as that of a corner or a normal does, has them indeed.
+fn has_its_numbers(line: &str) -> bool {
+    let line = line.trim_start();
+    let Some(numbers) = line.strip_prefix("vertex").or_else(|| line.strip_prefix("facet normal")) else { return true };
+    let mut words = numbers.split_ascii_whitespace();
+    let finite = words.by_ref().take(3).filter(|word| word.parse().is_ok_and(f32::is_finite)).count();
+    finite == 3 && words.next().is_none()
+}
+
 fn read(bytes: Vec<u8>) -> Result<Triangles, ToolFileFault> {
     let mut file = Cursor::new(bytes);
-    let facets = stl_io::create_stl_reader(&mut file).map_err(ToolFileFault::Stl)?;
+    let facets = stl_io::create_stl_reader(&mut file).map_err(|_| ToolFileFault::Stl)?;
     let mut triangles = Triangles::new();
     for facet in facets {
         if !has_room(&triangles) {
             break;
         }
-        triangles.push(facet.map_err(ToolFileFault::Stl)?.vertices.map(|corner| corner.0));
+        triangles.push(facet.map_err(|_| ToolFileFault::Stl)?.vertices.map(|corner| corner.0));
     }
     Ok(triangles)
 }

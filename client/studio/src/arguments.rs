@@ -10,6 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pottery_client::device::DeviceChoice;
+use pottery_client::flags::number_from;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_client::{Claim, Core, Found, Link, LoopRate, Target};
@@ -33,7 +34,8 @@ use crate::watch_choice::{WatchFlags, WatchName};
 /// Without a command it hosts a studio and opens a window on it; without a display, or with --headless, scripted
 /// potters work in its place and the pot is written to files.
 #[derive(Debug, Parser)]
-#[command(name = "pottery-studio", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+#[command(name = "pottery-studio", version, after_help = EXAMPLES)]
+#[command(allow_negative_numbers = true, args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -75,12 +77,15 @@ Ctrl+S saves the pot, Ctrl+E exports it, Esc closes what is open, or leaves.";
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Host a studio (the same as no command)
+    #[command(allow_negative_numbers = true)]
     Host(HostFlags),
     /// Join a studio that somebody hosts
+    #[command(allow_negative_numbers = true)]
     Join(JoinFlags),
     /// Turn a pot file into what other programs read
     Export(ExportFlags),
     /// Go through a session that was kept with --record-session
+    #[command(allow_negative_numbers = true)]
     Replay(ReplayFlags),
     /// Say which devices are there, and of each other one why not
     Devices,
@@ -94,13 +99,13 @@ enum Command {
 /// each tick begins and how long it takes. A tick that begins 200 µs after its deadline is late; one whose deadline went by is
 /// left out and counted.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = HAPTICS)]
+#[command(after_help = HAPTICS, allow_negative_numbers = true)]
 struct HapticsFlags {
     /// Measure, print a histogram and write haptics.csv and haptics.svg
     #[arg(long)]
     bench: bool,
     /// How long, s
-    #[arg(long, default_value_t = 60.0, value_parser = seconds, requires = "bench")]
+    #[arg(long, default_value_t = 60.0, value_parser = number_from(0.5, 86_400.0), requires = "bench")]
     seconds: f64,
     /// Folder for haptics.csv and haptics.svg
     #[arg(long, value_name = "DIR", default_value = "haptics-out", requires = "bench")]
@@ -188,23 +193,23 @@ struct HostFlags {
     #[arg(long, value_enum, default_value_t = ClayName::Throwing)]
     clay: ClayName,
     /// How wet the clay is instead, from 0.0 (crumbles) to 1.0 (runs); not together with --clay
-    #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay", allow_negative_numbers = true)]
+    #[arg(long, value_name = "INDEX", value_parser = wetness, conflicts_with = "clay")]
     wetness: Option<Wetness>,
     /// Radius of the smallest tool that anybody will use, mm: the pot's grid is as coarse as that tool allows. A finger has 8 to 12,
     /// and takes a tenth of the elements [default: 360 x 400 of them, which do for 4.2 mm]
-    #[arg(long, value_name = "MM", conflicts_with = "open", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", conflicts_with = "open", value_parser = number_from(Finest::TOOL_MM.0, Finest::TOOL_MM.1))]
     smallest_tool_mm: Option<f32>,
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
-    #[arg(long, value_name = "MM", requires = "smallest_tool_mm", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", requires = "smallest_tool_mm", value_parser = number_from(Finest::SEEN_MM.0, Finest::SEEN_MM.1))]
     finest_view_mm: Option<f32>,
     /// Work without a window
     #[arg(long)]
     headless: bool,
     /// Scripted potters (headless)
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
+    #[arg(long, default_value_t = 3, value_parser = number_from(1_u16, 16))]
     potters: u16,
     /// How long they work, s (headless)
-    #[arg(long, default_value_t = 10.0, value_parser = seconds)]
+    #[arg(long, default_value_t = 10.0, value_parser = number_from(0.5, 86_400.0))]
     seconds: f64,
     /// Folder for pot.pot, pot.stl, pot.png and session.json (headless)
     #[arg(long, value_name = "DIR", default_value = "studio-out")]
@@ -239,7 +244,7 @@ struct JoinFlags {
     #[arg(long)]
     code: Option<JoinCode>,
     /// Which wheel to work at, from 1 on [default: 1, or the link's]
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(1, ServerConfig::WHEELS_MAX))]
     wheel: Option<u16>,
     #[command(flatten)]
     watch: WatchFlags,
@@ -273,10 +278,10 @@ struct ReplayFlags {
     /// The session file
     session: PathBuf,
     /// Where to begin, s after the first tick that was kept; headless: where to stop, in place of the end
-    #[arg(long, value_name = "SECONDS", value_parser = moment)]
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(0.0, 1e9))]
     at: Option<f64>,
     /// Which wheel
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = number_from(1, ServerConfig::WHEELS_MAX))]
     wheel: u16,
     /// Go through it without a window, compare every digest and write the pot
     #[arg(long)]
@@ -443,20 +448,6 @@ pub(crate) struct WindowSession {
 pub(crate) enum Place {
     Hosted(Box<ServerConfig>),
     Joined(Target),
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.5..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("choose a number of seconds from 0.5 to 86400".into()),
-    }
-}
-
-fn moment(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok(seconds),
-        _ => Err("choose a number of seconds from 0 up".into()),
-    }
 }
 
 fn wetness(text: &str) -> Result<Wetness, String> {

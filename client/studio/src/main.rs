@@ -40,6 +40,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::Parser;
 use pottery_client::device::survey;
+use pottery_client::flags::first_sentence;
 use pottery_client::sentence;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -47,9 +48,19 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 
 use arguments::{Arguments, Mode};
 
+/// Exit code of flags that make no sense.
+const SENSELESS: u8 = 2;
+
 fn main() -> ExitCode {
     window::begin_timing();
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(said) if !said.use_stderr() => said.exit(),
+        Err(wrong) => {
+            note!("{}", first_sentence(&wrong.to_string()));
+            return ExitCode::from(SENSELESS);
+        }
+    };
     let asked = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse::<Targets>().ok());
     let usual = [("winit", LevelFilter::ERROR), ("pulseaudio", LevelFilter::OFF)];
     let filter = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN).with_targets(usual));

@@ -9,6 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use pottery_client::device::Fit;
+use pottery_client::of_line;
 use pottery_client::render::Finish;
 use pottery_client::whole_file::write_whole;
 use serde::{Deserialize, Serialize};
@@ -128,7 +129,7 @@ impl Preferences {
         };
         let read: Self = toml::from_str(&text).map_err(|error| PreferencesError::Syntax {
             path: path.to_path_buf(),
-            reason: error.message().replace('\n', " "),
+            reason: of_line(&text, error.span().map(|span| span.start), error.message()),
         })?;
         Ok(read.within_bounds())
     }

@@ -45,6 +45,24 @@ pub fn sentence(error: &(dyn Error + 'static)) -> String {
     said
 }
 
+/// What a reader of text says in several lines, in one, with the line of the text that it is about, where it tells how far it came.
+///
+/// ```
+/// use pottery_files::sentence::of_line;
+///
+/// let text = "wheels = 3\ncolumns = -5\n";
+/// assert_eq!(of_line(text, Some(21), "choose\na number"), "line 2, columns = -5: choose a number");
+/// assert_eq!(of_line(text, None, "no keys"), "no keys");
+/// ```
+#[must_use]
+pub fn of_line(text: &str, came_to: Option<usize>, said: &str) -> String {
+    let said = said.trim_end().replace('\n', " ");
+    let Some(before) = came_to.and_then(|byte| text.get(..byte)) else { return said };
+    let line = before.matches('\n').count();
+    let written = text.lines().nth(line).unwrap_or_default().trim();
+    format!("line {}, {written}: {said}", line + 1)
+}
+
 fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
     core::iter::successors(Some(error), |&error| error.source())
 }

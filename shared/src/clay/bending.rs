@@ -31,6 +31,9 @@ const CURVED_REACH: f32 = 3.05;
 /// Length within which a wall that yields folds to a cone, over √(R·t): from the finite-element pot pressed in by 4 mm, half of a
 /// wall that yields a third more than an elastic one would give way.
 const FOLD_REACH: f32 = 1.65;
+/// How steep the cone may be as which a wall stays folded: a steeper one would be deeper than a wide tool. Three times as steep as after the deepest
+/// presses that finite elements know.
+const FOLD_STEEPEST: f32 = 0.3;
 
 /// A wall with nothing behind it: a thin cylindrical shell, fixed at the foot and free at the rim.
 ///
@@ -140,6 +143,11 @@ impl WallBending {
     /// How far two places, each an angle and a height, are from each other along the untouched wall, m.
     pub(super) fn distance_m(&self, one: [f32; 2], other: [f32; 2]) -> f32 {
         hypot(nearest_turn(one[0] - other[0]) * self.middle_m(), one[1] - other[1])
+    }
+
+    /// How far it may stay folded, m.
+    pub(super) fn folds_most_m(&self) -> f32 {
+        FOLD_STEEPEST * FOLD_REACH * self.length_m()
     }
 
     /// Thickness with which it was made, m.
@@ -253,7 +261,7 @@ impl Bend {
         let columns = all_m.len() / rows.max(1);
         let column_rad = core::f32::consts::TAU / columns as f32;
         let row_m = height_m / rows.saturating_sub(1).max(1) as f32;
-        let ends_m = self.plate.ends_m(self.patch_m);
+        let ends_m = self.plate.ends_m();
         for (number, column_m) in all_m.chunks_exact_mut(rows.max(1)).enumerate() {
             let away_rad = nearest_turn(number as f32 * column_rad - self.angle_rad);
             let nodes_m = self.column_m(libm::cosf(away_rad));
@@ -305,11 +313,13 @@ impl Plate {
     /// How much less the plate gives way at a distance when the load is spread over a disc, 1/m.
     ///
     /// A point load's deflection is `r²·ln(r/ℓ)/(8πD)`; a disc's is that and `(a²/2)·(ln(r/ℓ) + 1)/(8πD)` outside and
-    /// `(r⁴/(8a²) + r²·(L + ½) + a²·(L/2 − ⅛))/(8πD)` inside, `L = ln(a/ℓ)`.
+    /// `(r⁴/(8a²) + r²·(L + ½) + a²·(L/2 − ⅛))/(8πD)` inside, `L = ln(a/ℓ)`. A disc wider than `ℓ/e`, beyond which a shell is no plate, counts as
+    /// one of that radius: with a larger one less than nothing would be left of what the shell gives way by.
     fn patch(&self, distance_m: f32, patch_m: f32) -> f32 {
         if patch_m <= 0.0 {
             return 0.0;
         }
+        let patch_m = patch_m.min(self.widest_m());
         let (distance2, patch2) = (distance_m * distance_m, patch_m * patch_m);
         let part = |of_m: f32| libm::logf(of_m / self.reach_m).min(-1.0);
         let more = if distance_m > patch_m {
@@ -322,9 +332,14 @@ impl Plate {
         -more / self.eight_pi_rigidity()
     }
 
-    /// Distance beyond which neither a load on a disc nor a fold shows, m: `ℓ/e` and the cone's end.
-    fn ends_m(&self, patch_m: f32) -> f32 {
-        (self.reach_m * (1.0 / core::f32::consts::E).max(FOLD_REACH / PLATE_REACH)).max(patch_m)
+    /// Radius up to which a disc that is loaded is one on a plate, m: `ℓ/e`.
+    fn widest_m(&self) -> f32 {
+        self.reach_m / core::f32::consts::E
+    }
+
+    /// Distance beyond which neither a load on a disc nor a fold shows, m: that radius and the cone's end.
+    fn ends_m(&self) -> f32 {
+        self.widest_m().max(FOLD_REACH / PLATE_REACH * self.reach_m)
     }
 
     /// The cone to which it folds under a load at a distance.

@@ -62,8 +62,9 @@ pub(super) struct Standing {
     z_m: f32,
     /// How thick the wall is there, over how thick it was made.
     thickness: f32,
-    /// How far it stays folded away from the tool, m.
+    /// How far it stays folded away from the tool, and may at most, m.
     folded_m: f64,
+    folds_most_m: f64,
 }
 
 impl Standing {
@@ -76,7 +77,8 @@ impl Standing {
         let Vec3 { x, y, z: z_m } = press.centre_m;
         let angle_rad = libm::atan2f(y, x);
         let folded_m = sign * f64::from(pot.folded_m(angle_rad, z_m));
-        Self { number, sign, angle_rad, z_m, thickness: pot.thickness_about(angle_rad, z_m), folded_m }
+        let folds_most_m = pot.bending().map_or(0.0, WallBending::folds_most_m).into();
+        Self { number, sign, angle_rad, z_m, thickness: pot.thickness_about(angle_rad, z_m), folded_m, folds_most_m }
     }
 
     fn place(&self) -> [f32; 2] {
@@ -483,7 +485,8 @@ impl Joint {
             tool.given_m = tool.standing.sign * (bent_m + more_m);
             let share = if all_m2 > 0.0 { tool.standing.sign * tool.load_m2 / all_m2 } else { 0.0 };
             tool.hinge_m = share * more_m;
-            let left_m = tool.wall.stays * hinge_m - folded_m;
+            let folds_most_m = tool.standing.folds_most_m;
+            let left_m = (tool.wall.stays * hinge_m).clamp(-folds_most_m, folds_most_m) - folded_m;
             tool.folds_by_m = if left_m * hinge_m > 0.0 { share * left_m } else { 0.0 };
             if let Some(deepest_m) = tool.deepest_m {
                 tool.over_m = tool.left_m[0] + tool.given_m - deepest_m;

@@ -177,7 +177,8 @@ impl PlasticCsem {
                 radius_m: ellipse.radius_m,
                 half_arc_m: ellipse.half_arc_m,
                 half_height_m: ellipse.half_height_m,
-                depth_m: spot.elastic_m * carried.all / spot.mean() * step.element_rad_m / ellipse.content,
+                depth_m: spot.elastic_m * spot.bottom * carried.all / spot.mean() * step.element_rad_m
+                    / ellipse.content,
                 support: surface.support(),
                 bowl: spot.bowl,
                 width: self.law.sink_width(spot.layer),

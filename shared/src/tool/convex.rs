@@ -10,7 +10,7 @@ use core::fmt;
 
 use glam::{DVec3, Vec3, Vec4};
 
-use super::facets::{Facets, Link, after};
+use super::facets::{Facets, Link, after, beside, solids};
 use super::ray::{Plane, planes};
 use super::ridges::Ridges;
 use crate::lanes::root;
@@ -82,6 +82,12 @@ pub enum ConvexError {
         from_mm: [f32; 3],
         /// The other end, mm.
         to_mm: [f32; 3],
+    },
+    /// Surfaces that have no side in common; leave one.
+    #[error("the mesh holds {solids} solids: a tool is a single one, so leave the others out")]
+    Several {
+        /// How many there are.
+        solids: usize,
     },
     /// All triangles face inwards; turn them.
     #[error("the mesh is inside out (its volume is {volume_mm3} mm³): turn every triangle round")]
@@ -182,6 +188,10 @@ impl ConvexTool {
             return Err(ConvexError::TooFew { triangles, min, max });
         }
         let links = mesh.links()?;
+        let solids = solids(&links);
+        if solids > 1 {
+            return Err(ConvexError::Several { solids });
+        }
         let (volume_m3, centre_m) = volume_and_centre(&mesh);
         let volume_mm3 = (volume_m3 * 1e9) as f32;
         if volume_m3 < 0.0 {
@@ -459,8 +469,7 @@ fn normals(mesh: &Facets, links: &[Link]) -> Option<Vec<Vec3>> {
     while found.contains(&None) {
         let before = found.clone();
         for (facet, normal) in found.iter_mut().enumerate() {
-            let beside = links[3 * facet].onward.into_iter().chain([links[3 * facet + 1].onward[0]]);
-            *normal = normal.or(beside.into_iter().find_map(|side| before[usize::from(side / 3)]));
+            *normal = normal.or(beside(links, facet).into_iter().find_map(|facet| before[facet]));
         }
         if found == before {
             return None;
@@ -490,7 +499,7 @@ fn check_planes(mesh: &Facets, normals: &[Vec3]) -> Result<(), ConvexError> {
     }
     if bulge_m > ConvexTool::BULGE_MAX.0 {
         let corner_mm = mesh.corners_m[bulging].to_array().map(|along_m| Metres(along_m).told_mm());
-        let (bulge_mm, max_mm) = (Metres(bulge_m).told_mm(), ConvexTool::BULGE_MAX.as_mm());
+        let (bulge_mm, max_mm) = (Metres(bulge_m).told_mm(), ConvexTool::BULGE_MAX.told_mm());
         return Err(ConvexError::NotConvex { corner_mm, bulge_mm, max_mm });
     }
     if thickness_m < ConvexTool::THICKNESS_MIN.0 { Err(thin(Metres(thickness_m))) } else { Ok(()) }

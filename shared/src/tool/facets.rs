@@ -26,6 +26,29 @@ pub(super) const fn after(side: u16) -> u16 {
     if side % 3 == 2 { side - 2 } else { side + 1 }
 }
 
+/// How many surfaces there are that have no side in common.
+pub(super) fn solids(links: &[Link]) -> usize {
+    let mut is_seen = alloc::vec![false; links.len() / 3];
+    let mut waiting = Vec::new();
+    let mut found = 0;
+    for first in 0..is_seen.len() {
+        found += usize::from(!is_seen[first]);
+        waiting.push(first);
+        while let Some(facet) = waiting.pop() {
+            if !core::mem::replace(&mut is_seen[facet], true) {
+                waiting.extend(beside(links, facet));
+            }
+        }
+    }
+    found
+}
+
+/// The neighbours of a facet.
+pub(super) fn beside(links: &[Link], facet: usize) -> [usize; 3] {
+    let ([first, second], [third, _]) = (links[3 * facet].onward, links[3 * facet + 1].onward);
+    [first, second, third].map(|side| usize::from(side / 3))
+}
+
 /// Corners and facets of a mesh, facets by the numbers of their corners.
 pub(super) struct Facets {
     pub(super) corners_m: Vec<Vec3>,

@@ -19,8 +19,6 @@ const BACKED: &str = include_str!("../../data/reference/B_depth_force.csv");
 const HOLLOW: &str = include_str!("../../data/reference/A_depth_force.csv");
 /// The supports whose force is read.
 pub(super) const SUPPORTS: [Support; 2] = [Support::Backed, Support::Hollow];
-/// The reference's travel ends this much short of the depth that its name says, mm: it counts from first touch of its mesh.
-pub(super) const SHORT_MM: f64 = 0.011;
 /// Steps of 1 ms in which the tool reaches 2 mm when the force is read on the way.
 const STEPS_IN: u32 = 300;
 
@@ -95,7 +93,7 @@ fn over_travel(row: usize, support: Support, extent: &Extent) -> Result<Vec<Forc
             travel_mm: travel_mm.into(),
             resting_n: dented.force_n.into(),
             moving_n: passed.map(|(_, force_n)| f64::from(*force_n)),
-            reference_n: curve.first_at_n(f64::from(travel_mm) - SHORT_MM),
+            reference_n: curve.first_at_n(travel_mm.into()),
             reference_largest_n: curve.largest_n(),
         })
     });

@@ -241,8 +241,7 @@ fn forces(figures: &Figures) -> Result<Canvas, ChartError> {
         let x = Axis::linear("travel of the tool, mm", 0.0, 2.1);
         let panel = Panel::new(&canvas, part, support.name(), x, y);
         let travels = (0..=100).map(|part| f64::from(part) * 0.02);
-        let reference: Vec<[f64; 2]> =
-            travels.filter_map(|travel| Some([travel, curve.first_at_n(travel - force::SHORT_MM)?])).collect();
+        let reference: Vec<[f64; 2]> = travels.filter_map(|travel| Some([travel, curve.first_at_n(travel)?])).collect();
         panel.line(&reference, INK, 2.5);
         for (row, _) in ENTRANTS.iter().enumerate().rev() {
             let own: Vec<_> = all.iter().filter(|force| force.row == row && force.support == support).collect();

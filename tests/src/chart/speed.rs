@@ -267,7 +267,7 @@ impl Row for MethodFigures {
         "step_p50_us",
         "step_p99_us",
         "step_p999_us",
-        "step_p50_ns_per_touched_element",
+        "step_p50_ns_per_contact_element",
         "step_p50_to_ours_ratio",
         "permanent_rms_error_percent_of_depth",
         "loaded_rms_error_percent_of_depth",

@@ -147,6 +147,17 @@ pub enum DentError {
         /// Where the range comes from; empty when it is the figure's own.
         why: &'static str,
     },
+    /// A ball was to be held inside of a wall that is as thin as a wall gets; choose a thicker one.
+    #[error(
+        "a wall of {} mm leaves nothing to press against a finger: choose one as thick as the depth and {} mm more",
+        Rounded(*wall_mm), Rounded(*least_mm)
+    )]
+    ThinWall {
+        /// Thickness of the wall, mm.
+        wall_mm: f32,
+        /// What is left of any wall, mm.
+        least_mm: f32,
+    },
     /// A ball was to be held where there is a core; choose a hollow pot, or no ball.
     #[error("a finger inside needs a hollow pot: a backed pot has no inside")]
     NoInside,

@@ -13,7 +13,7 @@ use crate::reference::{ForceCurve, Profile};
 /// Half a side of the raster, in cells, and a cell, mm: 15 mm of arc and height to all sides of the tool.
 const CELLS: i32 = 30;
 const CELL_MM: f64 = 0.5;
-/// The reference's ball stops within so much of its travel, mm.
+/// A ball is taken to be there within so much of its travel, mm: some only pass by, and come to the next stop.
 pub(super) const STOPS_WITHIN_MM: f64 = 0.011;
 
 /// A dent and what it is known to be like.

@@ -7,6 +7,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use pottery_files::sentence::of_line;
 use pottery_shared::protocol::DetailWire;
 use pottery_shared::snapshot::{Detail, DetailError};
 use serde::{Deserialize, Serialize};
@@ -238,6 +239,8 @@ impl Plan {
     pub const PEOPLE_MAX: u32 = 4096;
     /// Most of them who press.
     pub const POTTERS_MAX: u32 = 512;
+    /// Most of those who predict the clay.
+    pub const FULL_POTTERS_MAX: u32 = 64;
     /// Most knocks of strangers, a second.
     pub const STRANGERS_MAX: u32 = 10_000;
     /// Longest run, s.
@@ -258,7 +261,7 @@ impl Plan {
         let parsed = if path.extension().is_some_and(|ending| ending == "json") {
             serde_json::from_str(&text).map_err(|error| error.to_string())
         } else {
-            toml::from_str(&text).map_err(|error| error.to_string().trim_end().to_owned())
+            toml::from_str(&text).map_err(|error| of_line(&text, error.span().map(|span| span.start), error.message()))
         };
         parsed.map_err(|reason| PlanError::Syntax { path, reason })
     }
@@ -278,7 +281,7 @@ impl Plan {
         within("potters", f64::from(self.potters), 0.0, f64::from(Self::POTTERS_MAX))?;
         within("spectators", f64::from(self.spectators), 0.0, people_max)?;
         within("potters and spectators", f64::from(self.potters) + f64::from(self.spectators), 0.0, people_max)?;
-        within("full_potters", f64::from(self.full_potters), 0.0, 64.0)?;
+        within("full_potters", f64::from(self.full_potters), 0.0, f64::from(Self::FULL_POTTERS_MAX))?;
         within("ramp_s", self.ramp_s, 0.0, 3600.0)?;
         within("warmup_s", self.warmup_s, 0.0, 3600.0)?;
         within("duration_s", self.duration_s, 1.0, Self::DURATION_MAX_S)?;

@@ -242,6 +242,8 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--grid", "0x0"], &["grid", "0 columns x 0 rows", "at least 8 x 4"]),
         (&["--grid", "31623x31623"], &["grid", "at most", "elements"]),
         (&["--grid", "many"], &["grid", "360x400"]),
+        (&["--grid=-1x400"], &["grid", "8 to 4096 columns, 4 to 4096 rows and at most 4194304 elements"]),
+        (&["--grid", "NaNxNaN"], &["grid", "8 to 4096 columns, 4 to 4096 rows and at most 4194304 elements"]),
         (&["--depth-mm", "NaN"], &["--depth-mm", "above 0 and at most 8 mm"]),
         (&["--depth-mm", "deep"], &["--depth-mm", "write it as a number, like 2.5"]),
         (&["--depth-mm", "0"], &["--depth-mm", "above 0 and at most 8 mm"]),
@@ -260,6 +262,7 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--yield-kpa", "-1"], &["--yield-kpa", "yield stress of -1 kPa", "from 0.3 to 1000 kPa"]),
         (&["--yield-kpa", "1e-9"], &["yield stress of 1e-9 kPa", "from 0.3 to 1000 kPa"]),
         (&["--yield-kpa", "5000"], &["yield stress of 5000 kPa", "from 0.3 to 1000 kPa"]),
+        (&["--yield-kpa", "10.1", "--youngs-mpa", "0.01"], &["--yield-kpa", "from 0.3 to 10 kPa, as much as Young's"]),
         (&["--youngs-mpa", "0"], &["--youngs-mpa", "Young's modulus of 0 MPa", "from 0.01 to 100 MPa"]),
         (&["--youngs-mpa", "0.001"], &["Young's modulus of 0.001 MPa", "from 0.01 to 100 MPa"]),
         (&["--youngs-mpa", "inf"], &["Young's modulus of inf MPa", "from 0.01 to 100 MPa"]),
@@ -269,12 +272,20 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
         (&["--finger-mm", "8"], &["needs --support hollow", "no inside"]),
         (&["--finger-mm", "8", "--support", "hollow", "--depth-mm", "7.1"], &["--depth-mm", "at most 7 mm", "finger"]),
         (
+            &["--finger-mm", "8", "--support", "hollow", "--wall-mm", "1", "--depth-mm", "0.1"],
+            &[
+                "--wall-mm",
+                "wall of 1 mm leaves nothing to press against a finger",
+                "as thick as the depth and 1 mm more",
+            ],
+        ),
+        (
             &["--finger-mm", "52.1", "--support", "hollow"],
             &["--finger-mm", "finger radius of 52.1", "from 0.5 to 40 mm"],
         ),
         (
             &["--finger-mm", "7.6", "--support", "hollow", "--pot-radius-mm", "15", "--wall-mm", "7.5"],
-            &["--finger-mm", "from 0.5 to 7.5 mm, so that it fits into the pot"],
+            &["--finger-mm", "from 0.5 to 5.5 mm, so that it fits into the pot, pressed in so far"],
         ),
         (&["--method", "improved", "--support", "hollow", "--finger-mm", "8"], &["only our method", "finger"]),
         (&["--method", "original", "--support", "hollow", "--finger-mm", "8"], &["only our method", "finger"]),
@@ -310,6 +321,19 @@ fn press_that_makes_no_sense_is_refused_with_field_and_range() {
             assert!(said.contains(word), "{flags:?}: {said}");
         }
         assert!(!file.exists(), "{flags:?} wrote a file");
+    }
+}
+
+#[test]
+fn bound_that_is_told_is_taken() {
+    for flags in [
+        &["--wall-mm", "3", "--finger-mm", "12", "--depth-mm", "2"][..],
+        &["--wall-mm", "1.01", "--finger-mm", "12", "--depth-mm", "0.01"],
+        // a third of 50 mm, told to the micrometre
+        &["--pot-radius-mm", "50", "--depth-mm", "16.667"],
+        &["--youngs-mpa", "0.07", "--yield-kpa", "70"],
+    ] {
+        pressed("bound.csv", &[&["--method", "ours", "--support", "hollow", "--grid", "126x68"], flags].concat());
     }
 }
 

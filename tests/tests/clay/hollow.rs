@@ -105,9 +105,35 @@ fn hollow_pot_carries_the_tool_with_the_reference_s_force() {
     let curve = ForceCurve::parse(FORCE).unwrap();
     for depth in [1, 2] {
         let force = f64::from(pressed(depth, false).0.force_n);
-        let reference = curve.first_at_n(f64::from(depth) - 0.011).unwrap();
+        let reference = curve.first_at_n(depth.into()).unwrap();
         println!("{depth} mm: {force:.3} N, reference {reference:.3} N");
-        assert!((force / reference - 1.0).abs() < 0.05, "{depth} mm: {force:.3} N, reference {reference:.3} N");
+        // its mesh is 5 % stiffer than the finer one of our own, whose force is met within 1 %
+        let within = 0.05 * curve.largest_n();
+        assert!((force - reference).abs() < within, "{depth} mm: {force:.3} N, reference {reference:.3} N");
+    }
+}
+
+#[test]
+fn thin_walls_give_way_evenly_however_wide_the_contact() {
+    // from some depth on, each contact is wider than a wall so thin is a plate
+    for (wall_mm, tool_mm, depths_mm) in [(1.0, 40.0, 7..11), (1.0, 25.0, 14..18), (2.0, 40.0, 16..20)] {
+        let shape = GridShape::new(180, 200).unwrap();
+        let forces_n = depths_mm.map(|depth_mm| {
+            let pot = PotSpec { wall: Metres::from_mm(wall_mm), ..spec(shape) };
+            let dented = Dent { pot, tool: Metres::from_mm(tool_mm), ..dent(depth_mm, false, shape) }.press().unwrap();
+            let [least_mm, most_mm] =
+                [f32::min, f32::max].map(|of| dented.radial_mm.iter().copied().reduce(of).unwrap());
+            println!("{wall_mm} mm, {depth_mm} mm deep: {:.3} N, {least_mm:.2} to {most_mm:.2} mm", dented.force_n);
+            assert!(
+                least_mm > -1.3 * depth_mm as f32 && most_mm < 10.0,
+                "{wall_mm} mm, {depth_mm} mm deep: {least_mm} to {most_mm} mm"
+            );
+            dented.force_n
+        });
+        let forces_n: Vec<f32> = forces_n.collect();
+        for pair in forces_n.windows(2) {
+            assert!((0.9..1.3).contains(&(pair[1] / pair[0])), "{wall_mm} mm, {tool_mm} mm: {forces_n:?}");
+        }
     }
 }
 

@@ -279,6 +279,9 @@ fn mesh_that_is_no_convex_solid_is_refused_for_what_it_is() {
     assert!(matches!(with(&|mesh| mesh.truncate(11)), ConvexError::Open { .. }));
     assert!(matches!(with(&|mesh| mesh[4].swap(0, 1)), ConvexError::Twisted { .. }));
     assert!(matches!(with(&|mesh| mesh.extend(mesh.clone())), ConvexError::Crowded { facets: 4, .. }));
+    let beside = good.iter().map(|triangle| triangle.map(|corner| corner + Vec3::X * 0.03));
+    let two = with(&|mesh| mesh.extend(beside.clone()));
+    assert!(matches!(two, ConvexError::Several { solids: 2 }), "{two}");
     assert!(matches!(
         with(&|mesh| mesh.iter_mut().for_each(|triangle| triangle.swap(0, 1))),
         ConvexError::InsideOut { volume_mm3 } if (volume_mm3 + 8000.0).abs() < 0.1

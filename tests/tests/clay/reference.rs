@@ -94,12 +94,26 @@ fn plastic_clay_has_no_step_at_the_edge_of_a_contact() {
 }
 
 #[test]
+fn clay_under_a_tool_that_slides_lies_at_the_tool_as_under_one_that_stands() {
+    for (tool_mm, depth_mm, feed_mm) in [(12.0, 2, 0.0), (12.0, 4, 4.0), (20.0, 1, 4.0)] {
+        let (still, tool) = (dent(MethodKind::Plastic, depth_mm, false, GridShape::PAPER), Metres::from_mm(tool_mm));
+        let round = Some((60.0, Metres::from_mm(feed_mm), 0.5));
+        for round in [None, round] {
+            let dented = Dent { tool, round, ..still }.press().unwrap();
+            let deepest_mm = -dented.radial_mm.iter().copied().fold(0.0, f32::min);
+            println!("{tool_mm} mm, {round:?}: {deepest_mm:.3} of {depth_mm} mm");
+            assert!((deepest_mm / depth_mm as f32 - 1.0).abs() < 0.015, "{tool_mm} mm, {round:?}: {deepest_mm} mm");
+        }
+    }
+}
+
+#[test]
 fn plastic_clay_carries_the_tool_with_the_reference_force() {
     let curve = ForceCurve::parse(FORCE).unwrap();
     let largest = curve.first_at_n(2.0).unwrap_or(12.28);
     for depth in [1, 2] {
         let force = f64::from(pressed(MethodKind::Plastic, depth, false).0.force_n);
-        let reference = curve.first_at_n(f64::from(depth) - 0.011).unwrap();
+        let reference = curve.first_at_n(depth.into()).unwrap();
         println!("{depth} mm: {force:.2} N, reference {reference:.2} N");
         assert!((force - reference).abs() < 0.05 * largest, "{depth} mm: {force:.2} N, reference {reference:.2} N");
     }

@@ -2,6 +2,7 @@
 
 mod export;
 mod export_formats;
+mod flags;
 mod forms;
 mod session_file;
 mod studio_files;

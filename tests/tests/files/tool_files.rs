@@ -169,12 +169,25 @@ fn broken_file_is_told_by_name_and_what_is_wrong() {
     let obj = |text: &str| fault("broken.obj", text.as_bytes());
     assert!(matches!(fault("tool.step", b"ISO-10303-21;"), ToolFileFault::Format));
     assert!(matches!(fault("tool", b""), ToolFileFault::Format));
-    assert!(matches!(fault("empty.stl", b""), ToolFileFault::Stl(_)));
-    assert!(matches!(fault("noise.stl", &[0xff; 60]), ToolFileFault::Stl(_)));
-    assert!(matches!(fault("empty.obj", b""), ToolFileFault::Mesh(ConvexError::TooFew { triangles: 0, .. })));
-    assert!(matches!(fault("cut.stl", &TEXT_STL.as_bytes()[..500]), ToolFileFault::Stl(_)));
+    assert!(matches!(fault("empty.stl", b""), ToolFileFault::Empty));
+    assert!(matches!(fault("noise.stl", &[0xff; 60]), ToolFileFault::Stl));
+    assert!(matches!(fault("empty.obj", b""), ToolFileFault::Empty));
+    assert!(matches!(fault("bare.obj", b"# nothing\n"), ToolFileFault::Mesh(ConvexError::TooFew { triangles: 0, .. })));
+    let cut = TEXT_STL.find("    endloop").unwrap();
+    assert!(matches!(fault("cut.stl", &TEXT_STL.as_bytes()[..cut]), ToolFileFault::Stl));
     assert!(matches!(fault("two.stl", TEXT_STL.repeat(2).as_bytes()), ToolFileFault::SeveralSolids));
-    assert!(matches!(fault("nan.stl", TEXT_STL.replace("3.0e+01", "nan").as_bytes()), ToolFileFault::Stl(_)));
+    for (text, line) in [
+        (TEXT_STL.replace("3.0e+01", "nan"), 5),
+        (format!("\n\n{}", TEXT_STL.replace("0.577350 0.577350 0.577350", "0.577350 inf 0")), 25),
+        (TEXT_STL.replace("vertex 30 0 0", "vertex 30 0 0 0"), 12),
+        (TEXT_STL.replace("vertex 30 0 0", "vertex 30 0"), 12),
+    ] {
+        let fault = fault("numbers.stl", text.as_bytes());
+        assert!(
+            matches!(fault, ToolFileFault::Line { line: at, problem: LineProblem::Numbers } if at == line),
+            "{fault}"
+        );
+    }
     assert!(matches!(obj("v 1 2 x\n"), ToolFileFault::Line { line: 1, problem: LineProblem::Corner }));
     assert!(matches!(
         obj(&QUADS_OBJ.replace("f 2/1 3/1 7/1 6/1", "f 2 3")),
@@ -196,6 +209,7 @@ fn broken_file_is_told_by_name_and_what_is_wrong() {
     assert!(matches!(open, ToolFileFault::Mesh(ConvexError::Open { .. })), "{open}");
     let dented = obj(&QUADS_OBJ.replace("v 10 20 30", "v 8 18 28"));
     assert!(matches!(dented, ToolFileFault::Mesh(ConvexError::NotConvex { .. })), "{dented}");
+    assert!(dented.to_string().contains(" 0.005 mm are allowed"), "{dented}");
     let missing = read_tool(Path::new("no/such/file.stl"), USUAL_UNIT).expect_err("there is none");
     assert!(matches!(missing.fault, ToolFileFault::Unreadable(_)), "{missing}");
 }

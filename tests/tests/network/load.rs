@@ -454,7 +454,7 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
         (&["--spawn", "--json", "/nowhere/run.json"], "/nowhere/run.json cannot be written"),
         (&["soak", "--virtual-s", "1", "--html", "/nowhere/run.html"], "/nowhere/run.html cannot be written"),
         (&["--spawn", "--scenario", "nowhere"][..], "class-arrives"),
-        (&["--spawn", "--potters", "100000"], "potters = 100000 cannot be used"),
+        (&["--spawn", "--potters", "100000"], "from 0 to 512"),
         (&["--server", "192.168.1.20:4747", "--code", "K7QM-3XPD"], "--beyond-loopback"),
         (
             &["--server", "192.0.2.1:4747", "--code", "K7QM-3XPD", "--scenario", "strangers", "--beyond-loopback"],

@@ -197,6 +197,9 @@ fn pots_that_are_kept_and_of_another_make_than_is_asked_for_are_told_of() {
     {
         assert!(other.contains(words), "{words}: {other}");
     }
+    assert!(!other.contains("does not bend"), "the kept one is backed: {other}");
+    let stiff = logged(&["--fresh", "--support", "hollow", "--method", "improved"]);
+    assert!(stiff.contains("a hollow pot's wall does not bend by the improved method"), "{stiff}");
     fs::remove_dir_all(data).unwrap();
 }
 
@@ -464,7 +467,7 @@ fn settings_come_from_flags_then_environment_then_file_then_defaults_and_can_be_
         ("[arrivals]\nbrust = 4\n", "brust"),
         ("[arrivals]\nburst = 0\n", "burst"),
         ("[input]\nspare = 4\n", "spare"),
-        ("[input]\ndatagrams_per_s = 20\n", "choose at least 100"),
+        ("[input]\ndatagrams_per_s = 20\n", "from 100 to"),
         ("operate = \"0.0.0.0:4748\"\n", "this machine alone"),
         ("data = \"\"\n", "'data' is empty"),
         ("code = \"K7QM-3XPD-1111-1111-1111-1111\"\n", "eight characters of the room alone"),

@@ -132,8 +132,11 @@ fn a_grid_follows_the_smallest_tool_and_the_finest_viewer() {
     let shape = PotFile::read(&out.join("pot.pot")).unwrap().pot().spec().shape;
     assert_eq!((shape.columns(), shape.rows()), (126, 68));
     fs::remove_dir_all(&out).unwrap();
-    let refused = sentence(&headless(&out, &["--smallest-tool-mm", "-1"]));
-    assert!(refused.contains("a tool radius of -1 mm cannot be used"), "{refused}");
+    let refused = sentence(&headless(&out, &["--smallest-tool-mm", "0.5"]));
+    assert!(
+        refused.contains("smallest_tool_mm = 0.5 cannot be used") && refused.contains("from 0.6 to 40"),
+        "{refused}"
+    );
 
     let server = |arguments: &[&str]| {
         let printed = Command::new(program("pottery-server")).arg("--print-config").args(arguments).output().unwrap();
@@ -269,7 +272,7 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
     assert!(server(&["--code", "CODE"]).contains("8 or 24"), "short code");
     let config = out.join("server.toml");
     for (text, said) in [
-        ("columns = 0\n", "8 x 4"),
+        ("columns = 0\n", "from 8 to 4096"),
         ("columns = 4000\nrows = 4000\n", "at most"),
         ("radius_mm = nan\n", "radius"),
         ("wheel_rpm = 1e9\n", "rpm"),
@@ -281,8 +284,8 @@ fn settings_that_make_no_sense_are_refused_with_their_range() {
         ("form = \"vase\"\n", "cylinder, bowl, bottle or ball"),
         ("form = \"bowl\"\nheight_mm = 90\n", "leave 'height_mm'"),
         ("smallest_tool_mm = 12\ncolumns = 360\n", "leave 'columns' and 'rows' out"),
-        ("smallest_tool_mm = 0\n", "choose one above 0 mm"),
-        ("smallest_tool_mm = 0.01\nfinest_view_mm = 0.001\n", "elements"),
+        ("smallest_tool_mm = 0\n", "from 0.5 to 40"),
+        ("smallest_tool_mm = 0.5\nfinest_view_mm = 0.02\n", "elements"),
         ("finest_view_mm = 1\n", "give 'smallest_tool_mm' as well"),
     ] {
         fs::write(&config, text).unwrap();

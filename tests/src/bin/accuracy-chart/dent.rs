@@ -92,7 +92,10 @@ pub(crate) struct DentFlags {
 
 fn grid(text: &str) -> Result<GridShape, String> {
     let sides = text.split_once('x').and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
-    let (columns, rows) = sides.ok_or("write it like 360x400")?;
+    let (columns, rows) = sides.ok_or_else(|| {
+        let most = GridShape::ELEMENTS_MAX;
+        format!("write it like 360x400, with 8 to 4096 columns, 4 to 4096 rows and at most {most} elements")
+    })?;
     GridShape::new(columns, rows).map_err(|error| error.to_string())
 }
 
@@ -171,6 +174,7 @@ fn refusal(error: DentError) -> String {
             Figure::Feed => "--feed-mm-per-rev",
         },
         DentError::Grid(_) => "--grid",
+        DentError::ThinWall { .. } => "--wall-mm",
         DentError::NoInside => return "a finger inside needs --support hollow: a backed pot has no inside".to_owned(),
         DentError::FingerIsUnknown | DentError::NoSteps => return error.to_string(),
     };

@@ -18,6 +18,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use pottery_files::flags::first_sentence;
 use pottery_files::sentence::sentence;
 use pottery_tests::printed::remark;
 
@@ -118,11 +119,4 @@ fn has(name: &str, words: &str) -> bool {
 fn refused(why: &dyn std::fmt::Display) -> ExitCode {
     remark(format_args!("accuracy-chart: {why}"));
     ExitCode::from(2)
-}
-
-/// What clap says is wrong, without its usage and tips.
-fn first_sentence(text: &str) -> String {
-    let lines = text.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
-    let joined = lines.collect::<Vec<_>>().join(" ");
-    format!("{} (see --help)", joined.strip_prefix("error: ").unwrap_or(&joined))
 }

@@ -9,7 +9,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
+use pottery_files::flags::number_from;
 use pottery_files::sentence::sentence;
+use pottery_server::ServerConfig;
 use pottery_shared::protocol::JoinCode;
 use pottery_tests::load::cores::Apart;
 use pottery_tests::load::host::server_program;
@@ -52,7 +54,8 @@ also where memory grew, or could not be measured.";
 
 /// Puts a pottery server under load and says how it bears it: real QUIC, real strokes, no window and no hand's thread.
 #[derive(Debug, Parser)]
-#[command(name = "load-test", version, after_help = TEACHES, args_conflicts_with_subcommands = true)]
+#[command(name = "load-test", version, after_help = TEACHES)]
+#[command(allow_negative_numbers = true, args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
@@ -63,10 +66,13 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Raise the load until a threshold breaks, and draw it; a run that is invalid ends it, with exit code 98
+    #[command(allow_negative_numbers = true)]
     Knee(KneeFlags),
     /// Go through twelve loads, and say what each wheel, potter and looker-on costs the server
+    #[command(allow_negative_numbers = true)]
     Law(LawFlags),
     /// Go on for long, and look whether the server's memory grows
+    #[command(allow_negative_numbers = true)]
     Soak(SoakFlags),
 }
 
@@ -79,10 +85,10 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "FILE", requires = "spawn")]
     program: Option<PathBuf>,
     /// Keep a spawned server to so many of this machine's cores and everybody else to the others, so that neither waits for the other
-    #[arg(long, value_name = "COUNT", requires = "spawn")]
+    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = number_from(1_usize, 1024))]
     server_cores: Option<usize>,
     /// Threads of the server [default: as many as it has cores]
-    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = clap::value_parser!(u8).range(1..=64))]
+    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = number_from(1_u8, 64))]
     server_threads: Option<u8>,
     /// A server that runs already
     #[arg(long, value_name = "ADDRESS", requires = "code")]
@@ -97,16 +103,16 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
     /// Wheels of a spawned server; people are spread over them
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(1, ServerConfig::WHEELS_MAX))]
     wheels: Option<u16>,
     /// Wheels that people sit at, when not all
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(1, ServerConfig::WHEELS_MAX))]
     used_wheels: Option<u16>,
     /// People who press
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(0, Plan::POTTERS_MAX))]
     potters: Option<u32>,
     /// People who look on
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(0, Plan::PEOPLE_MAX))]
     spectators: Option<u32>,
     /// What those get: full (as a potter, 60 a second), spectator (30) or gallery (5); or figures of your own, as
     /// quantum=8,fold=2,every=6: radii in so many times 3.8 µm, so many elements taken together each way, one of so many snapshots; with
@@ -114,7 +120,7 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "SIGHT")]
     sight: Option<Sight>,
     /// Potters who hold and predict the clay, so that corrections are measured; each costs the generator a tenth of a core or more
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(0, Plan::FULL_POTTERS_MAX))]
     full_potters: Option<u32>,
     /// Seconds over which people come
     #[arg(long, value_name = "SECONDS")]
@@ -126,7 +132,7 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
     /// Wrong codes a second that strangers try in the second half, all from one address
-    #[arg(long, value_name = "PER_SECOND", conflicts_with = "beyond_loopback")]
+    #[arg(long, value_name = "PER_SECOND", conflicts_with = "beyond_loopback", value_parser = number_from(0, Plan::STRANGERS_MAX))]
     strangers: Option<u32>,
     /// Seed of every roll of the dice
     #[arg(long)]
@@ -141,7 +147,7 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "MS", default_value_t = 5.0)]
     lag_max_ms: f64,
     /// Threads of the generator for those who press, and as many for those who look on
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=64))]
+    #[arg(long, default_value_t = 1, value_parser = number_from(1_u8, 64))]
     threads: u8,
     /// Write all figures, with every second, as JSON
     #[arg(long, value_name = "FILE")]
@@ -162,16 +168,16 @@ pub(crate) struct KneeFlags {
     #[arg(long, default_value = "spectators")]
     raise: Raises,
     /// The first load
-    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 50, value_parser = number_from(1, Plan::PEOPLE_MAX))]
     from: u32,
     /// The largest that is tried
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = number_from(1, Plan::PEOPLE_MAX))]
     to: u32,
     /// From one load to the next, above 1
     #[arg(long, default_value_t = 1.5)]
     factor: f64,
     /// Times that the way between the last that held and the first that broke is halved
-    #[arg(long, default_value_t = 2)]
+    #[arg(long, default_value_t = 2, value_parser = number_from(0_u32, 32))]
     halvings: u32,
 }
 
@@ -180,10 +186,10 @@ pub(crate) struct LawFlags {
     #[command(flatten)]
     pub(crate) run: RunFlags,
     /// Times that every load is gone through
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=100))]
+    #[arg(long, default_value_t = 2, value_parser = number_from(1_u32, 100))]
     turns: u32,
     /// Most people who look on
-    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(4..=4000))]
+    #[arg(long, default_value_t = 400, value_parser = number_from(4_u32, 4000))]
     most: u32,
 }
 
@@ -192,7 +198,7 @@ pub(crate) struct SoakFlags {
     #[command(flatten)]
     pub(crate) run: RunFlags,
     /// So many seconds of a room in virtual time instead, after the warm-up, as fast as the machine goes
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(1, Plan::DURATION_MAX_S as u64))]
     pub(crate) virtual_s: Option<u64>,
     /// How much memory may grow beyond twice the error of the line through it, MB
     #[arg(long, value_name = "MB", default_value_t = 1.0)]

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use pottery_client::whole_file::write_whole;
+use pottery_files::flags::first_sentence;
 use pottery_files::sentence::sentence;
 use pottery_tests::load::result::{RunResult, Verdict};
 use pottery_tests::load::soak::Slope;
@@ -35,7 +36,14 @@ fn asked<T>(flags: Result<T, Box<dyn std::error::Error>>) -> Result<T, Senseless
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(said) if !said.use_stderr() => said.exit(),
+        Err(wrong) => {
+            remark(format_args!("load-test: {}", first_sentence(&wrong.to_string())));
+            return ExitCode::from(SENSELESS);
+        }
+    };
     let done = match &arguments.command {
         None => once(&arguments.run),
         Some(Command::Knee(flags)) => climb(flags),
