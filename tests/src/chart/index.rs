@@ -21,14 +21,15 @@ pub(super) fn page(figures: &Figures) -> String {
     let grid = figures.extent.case_grid;
     line(format_args!("\n## When to choose which\n"));
     line(format_args!(
-        "On {} × {} elements; errors are RMS differences to the finite-element dents over the depth, backed wall.\n",
+        "On {} × {} elements; errors are RMS differences to the finite-element dents over the depth, backed wall. A step goes on from what the \
+         method has left of the clay, into which it falls more or less; in a first step on untouched clay all touch the same elements.\n",
         grid.columns(),
         grid.rows()
     ));
     line(format_args!(
-        "| method | a step, median | against ours | p99 | p99.9 | dent that stays | under the tool | force, largest error |"
+        "| method | a step, median | against ours | p99 | p99.9 | a first step, against ours | dent that stays | under the tool | force, largest error |"
     ));
-    line(format_args!("|---|---|---|---|---|---|---|---|"));
+    line(format_args!("|---|---|---|---|---|---|---|---|---|"));
     for (row, entrant) in ENTRANTS.iter().enumerate() {
         let Some(own) = figures.methods.iter().find(|own| own.row == row && own.grid == grid) else { continue };
         let forces = figures
@@ -39,10 +40,11 @@ pub(super) fn page(figures: &Figures) -> String {
         let force = forces.map(f64::abs).fold(0.0, f64::max) * 100.0;
         let [p99, p999] = [own.times.map(|times| times.p99_us), own.times.map(|times| times.p999_us)]
             .map(|time| time.map_or_else(|| "–".to_owned(), |time_us| format!("{time_us:.1} µs")));
+        let first = own.first.map_or_else(|| "–".to_owned(), |[_, over_ours]| format!("{over_ours:.1} ×"));
         let (permanent, loaded) = (own.permanent * 100.0, own.loaded * 100.0);
         let title = entrant.title;
         line(format_args!(
-            "| {title} | {:.1} µs | {:.1} × | {p99} | {p999} | {permanent:.1} % | {loaded:.1} % | {force:.0} % |",
+            "| {title} | {:.1} µs | {:.1} × | {p99} | {p999} | {first} | {permanent:.1} % | {loaded:.1} % | {force:.0} % |",
             own.p50_us, own.over_ours
         ));
     }
@@ -53,8 +55,9 @@ pub(super) fn page(figures: &Figures) -> String {
         }
     }
     line(format_args!(
-        "\nGrids: twice as many elements each way cost two to three times as much a step. Take the coarsest whose elements are a \
-         third of the smallest tool's contact; finer ones change the picture and hardly the dent."
+        "\nGrids: twice as many elements each way cost two to four times as much a step. Take the coarsest whose elements are a \
+         third of the smallest tool's contact; finer ones change the picture and hardly the dent. What is \
+         missing on finer grids would take minutes there."
     ));
     for (file, _) in pictures::ALL {
         let (heading, files) = about(file);

@@ -1,7 +1,7 @@
 //! Time of a step against error, for every method, yardstick and grid.
 //!
 //! Owns the walk that is timed: a sphere of 12 mm, 2 mm deep, round the pot once a second and up and down by 50 mm a turn,
-//! so that most of what it meets is untouched.
+//! so that most of what it meets is untouched; and first steps on clay that is untouched, in which all touch the same elements.
 //! Invariant: the methods take turns of ten steps, so that a disturbance of the machine meets all of them.
 
 use std::time::Instant;
@@ -26,6 +26,8 @@ const DEPTH_MM: f32 = 2.0;
 const TURN_STEPS: u32 = 10;
 /// Steps that are not counted, until caches and memory are warm.
 const WARM_STEPS: u32 = 50;
+/// First steps of each method on each grid.
+const FIRST_STEPS: u32 = 100;
 
 /// A tool that goes round and round, up and down.
 pub(super) struct Walk {
@@ -118,6 +120,8 @@ pub struct Timed {
     grid: GridShape,
     times: Times,
     contacts: f64,
+    /// Median of a first step, µs.
+    first_us: f64,
 }
 
 /// Times every method on every grid.
@@ -146,12 +150,31 @@ pub fn time(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Timed>, 
             }
             steps += TURN_STEPS;
         }
+        let first_us = first_steps(grid)?;
         for (row, _, _, samples, contacts) in walks {
             let contacts = contacts / samples.len() as f64;
-            all.push(Timed { row, grid, times: Times::of(samples), contacts });
+            let first_us = first_us.iter().find(|(of, _)| *of == row).map_or(f64::NAN, |(_, first_us)| *first_us);
+            all.push(Timed { row, grid, times: Times::of(samples), contacts, first_us });
         }
     }
     Ok(all)
+}
+
+/// Median of a first step on untouched clay, µs, for every row of the table that is timed.
+fn first_steps(grid: GridShape) -> Result<Vec<(usize, f64)>, ChartError> {
+    let mut walks = Vec::new();
+    for (row, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid)) {
+        walks.push((row, Walk::new(method, grid)?, step, Vec::new()));
+    }
+    let untouched = walks.iter().map(|(_, walk, ..)| walk.pressing.pot().clone()).collect::<Vec<_>>();
+    for _ in 0..FIRST_STEPS {
+        for ((_, walk, step, samples), untouched) in walks.iter_mut().zip(&untouched) {
+            walk.pressing.pot_mut().copy_from(untouched);
+            walk.pressing.lift();
+            samples.push(walk.step_by(*step));
+        }
+    }
+    Ok(walks.into_iter().map(|(row, _, _, samples)| (row, Times::of(samples).p50_us)).collect())
 }
 
 /// Errors of a row of the table on a grid.
@@ -230,6 +253,9 @@ pub struct MethodFigures {
     pub loaded: f64,
     /// Median over that of the studio's own method on the same grid.
     pub over_ours: f64,
+    /// Median of a first step on untouched clay, in which all touch the same elements, µs, and over that of the studio's own; nothing for a yardstick
+    /// that is asked for whole dents.
+    pub first: Option<[f64; 2]>,
 }
 
 /// Puts times and errors of the same row and grid together, coarse grids first.
@@ -249,6 +275,9 @@ pub fn joined(timed: &[Timed], errors: &[GridErrors]) -> Vec<MethodFigures> {
             loaded: errors.loaded,
             // ours is the first row
             over_ours: time_of(0, errors.grid).map_or(f64::NAN, |ours| p50_us / ours.times.p50_us),
+            first: timed
+                .zip(time_of(0, errors.grid))
+                .map(|(timed, ours)| [timed.first_us, timed.first_us / ours.first_us]),
         }
     });
     let mut figures: Vec<MethodFigures> = figures.collect();
@@ -269,6 +298,8 @@ impl Row for MethodFigures {
         "step_p999_us",
         "step_p50_ns_per_contact_element",
         "step_p50_to_ours_ratio",
+        "first_step_p50_us",
+        "first_step_p50_to_ours_ratio",
         "permanent_rms_error_percent_of_depth",
         "loaded_rms_error_percent_of_depth",
     ];
@@ -286,6 +317,8 @@ impl Row for MethodFigures {
             self.times.map(|times| times.p999_us).into(),
             self.contacts.map(|contacts| self.p50_us * 1e3 / contacts).into(),
             self.over_ours.into(),
+            self.first.map(|[first_us, _]| first_us).into(),
+            self.first.map(|[_, over_ours]| over_ours).into(),
             (self.permanent * 100.0).into(),
             (self.loaded * 100.0).into(),
         ]
