@@ -106,6 +106,8 @@ impl PotRenderer {
     pub const VERTEX_PX_SOFTWARE: f32 = 6.0;
     /// Farthest that the outline of what is drawn may lie from that of all elements, pixels.
     pub const OUTLINE_PX: f32 = 0.5;
+    /// The same while something moves and the processor draws: at the edge of a dent, triangles smaller than a pixel take more than half of its time.
+    pub const OUTLINE_PX_MOVING_SOFTWARE: f32 = 2.0;
 
     /// A renderer of `pot` into pictures of `color_format` with `samples` samples a pixel (1 or 4).
     ///

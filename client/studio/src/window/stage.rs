@@ -331,8 +331,14 @@ impl Stage {
             let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
             let size = (texture.texture.width(), texture.texture.height());
             let share = if pace == Pace::Still { 1.0 } else { self.sharpness.share() };
+            let is_hasty = pace == Pace::Moving && self.gpu.is_software();
             if let Painter::Pot(painter) = &mut self.painter {
                 painter.set_share(share);
+                painter.set_outline_px(if is_hasty {
+                    PotRenderer::OUTLINE_PX_MOVING_SOFTWARE
+                } else {
+                    PotRenderer::OUTLINE_PX
+                });
                 self.is_coarse = share < 1.0;
             }
             let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
