@@ -150,31 +150,29 @@ pub fn time(extent: &Extent, progress: &mut Progress<'_>) -> Result<Vec<Timed>, 
             }
             steps += TURN_STEPS;
         }
-        let first_us = first_steps(grid)?;
-        for (row, _, _, samples, contacts) in walks {
+        for ((row, _, _, samples, contacts), first_us) in walks.into_iter().zip(first_steps(grid)?) {
             let contacts = contacts / samples.len() as f64;
-            let first_us = first_us.iter().find(|(of, _)| *of == row).map_or(f64::NAN, |(_, first_us)| *first_us);
             all.push(Timed { row, grid, times: Times::of(samples), contacts, first_us });
         }
     }
     Ok(all)
 }
 
-/// Median of a first step on untouched clay, µs, for every row of the table that is timed.
-fn first_steps(grid: GridShape) -> Result<Vec<(usize, f64)>, ChartError> {
+/// Median of a first step on untouched clay, µs, for every row of the table that is timed, in their order.
+fn first_steps(grid: GridShape) -> Result<Vec<f64>, ChartError> {
     let mut walks = Vec::new();
-    for (row, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid)) {
-        walks.push((row, Walk::new(method, grid)?, step, Vec::new()));
+    for (_, method, step) in stepping().filter(|(row, ..)| ENTRANTS[*row].takes(grid)) {
+        walks.push((Walk::new(method, grid)?, step, Vec::new()));
     }
-    let untouched = walks.iter().map(|(_, walk, ..)| walk.pressing.pot().clone()).collect::<Vec<_>>();
+    let untouched = walks.iter().map(|(walk, ..)| walk.pressing.pot().clone()).collect::<Vec<_>>();
     for _ in 0..FIRST_STEPS {
-        for ((_, walk, step, samples), untouched) in walks.iter_mut().zip(&untouched) {
+        for ((walk, step, samples), untouched) in walks.iter_mut().zip(&untouched) {
             walk.pressing.pot_mut().copy_from(untouched);
             walk.pressing.lift();
             samples.push(walk.step_by(*step));
         }
     }
-    Ok(walks.into_iter().map(|(row, _, _, samples)| (row, Times::of(samples).p50_us)).collect())
+    Ok(walks.into_iter().map(|(_, _, samples)| Times::of(samples).p50_us).collect())
 }
 
 /// Errors of a row of the table on a grid.

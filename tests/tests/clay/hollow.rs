@@ -111,6 +111,11 @@ fn hollow_pot_carries_the_tool_with_the_reference_s_force() {
         let within = 0.05 * curve.largest_n();
         assert!((force - reference).abs() < within, "{depth} mm: {force:.3} N, reference {reference:.3} N");
     }
+    let mut own = walls::finite_elements(GridShape::PAPER).unwrap();
+    own.retain(|known| known.name == "hollow_base" && [1.0, 2.0].contains(&known.depth_mm()));
+    let errors = walls::errors(PlasticLaw::FITTED, &own).unwrap();
+    println!("{errors:.4?} over the largest of our own");
+    assert!(errors.len() == 2 && errors.iter().all(|error| error.abs() < 0.011), "{errors:.4?}");
 }
 
 #[test]

@@ -504,14 +504,14 @@ impl Looker {
                 let rack = &self.rack;
                 let (camera, phase, deflection) = (self.camera, place.phase, Some(&self.deflection));
                 let scene = Scene { camera, phase, tools: &tools, rack, deflection, ..Scene::default() };
-                stage.draw(&Picture::Pot(&scene), shapes, Pace::Moving)?
+                stage.draw(&Picture::Pot(&scene), shapes, Pace::Lasting)?
             }
             None => {
                 let sent: Vec<WheelView> =
                     self.places.iter().enumerate().map(|(at, place)| place.view(&tiles, at)).collect();
                 let wheels = if is_waiting { &[] } else { &sent[..] };
                 let scene = GalleryScene { camera: self.camera, wheels, wetness: Scene::default().wetness };
-                stage.draw(&Picture::Gallery(&scene), shapes, Pace::Moving)?
+                stage.draw(&Picture::Gallery(&scene), shapes, Pace::Lasting)?
             }
         };
         self.is_dirty = self.wish.is_some() || !is_seen;

@@ -54,6 +54,8 @@ pub(super) enum Picture<'a> {
 pub(super) enum Pace {
     /// It will: so this one has to be quick.
     Moving,
+    /// It may, and none takes its place where it is not: quick, with the outline of one that stays.
+    Lasting,
     /// It stays for a while: so it may take its time, and has every pixel of the window.
     Still,
 }
@@ -91,7 +93,7 @@ pub(super) struct Stage {
     gpu: Gpu,
     painter: Painter,
     sharpness: Sharpness,
-    /// Whether the last picture had fewer pixels than the window.
+    /// Whether the last picture had fewer pixels than the window, or a coarser outline than one that stays.
     is_coarse: bool,
     panel: egui_wgpu::Renderer,
     /// When devices were lost, of late.
@@ -261,7 +263,7 @@ impl Stage {
         }
     }
 
-    /// Whether the last picture had fewer pixels than the window, so that one that stays should take its place.
+    /// Whether the last picture had fewer pixels than the window or a coarser outline, so that one that stays should take its place.
     pub(super) const fn is_coarse(&self) -> bool {
         self.is_coarse
     }
@@ -339,7 +341,7 @@ impl Stage {
                 } else {
                     PotRenderer::OUTLINE_PX
                 });
-                self.is_coarse = share < 1.0;
+                self.is_coarse = is_hasty || share < 1.0;
             }
             let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             self.painter.draw(&mut encoder, &view, size, picture);
@@ -370,7 +372,7 @@ impl Stage {
                 if let Err(error) = device.poll(wgpu::PollType::wait_indefinitely()) {
                     tracing::debug!(%error, "no waiting for a picture");
                 }
-                if pace == Pace::Moving {
+                if pace != Pace::Still {
                     self.sharpness.note(submitted.elapsed().as_secs_f32() * 1e3);
                 }
             }

@@ -25,7 +25,7 @@ What it does:
   Nothing is fitted to a ball of 16 mm that is drawn, and to the dents called held_.
   It presses hollow pots to 0.5, 1, 2, 3, 4 and 6 mm, from outside and from inside, and moves when their walls fold, how they soften and
   clay on them weakens, by the RMS of the
-  errors of the forces and of both surfaces; then how far the inner wall goes along, by that behind what stays of each dent.
+  errors of the forces, of which 4 per cent count twice and the reference's own four times, and of both surfaces; then how far the inner wall goes along, by that behind what stays of each dent.
   Last it presses balls within a millisecond to four seconds into clay that takes its time, and moves what less a quick one raises,
   by the RMS of the differences to the slow one.
 What to do with it:
