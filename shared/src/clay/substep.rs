@@ -46,6 +46,9 @@ impl Press {
     pub const PARTS_MAX: u32 = 16;
     /// Highest ridge between two parts: what a fingertip does not feel on wet clay.
     const RIDGE_M: f32 = 15e-6;
+    /// Deepest that clay yields at once: what rises then stands beside a contact of that size, where it is pressed down again as that grows. A ball of
+    /// 12 mm that goes 0.2 mm in a step into clay without a rate was borne by 2.7 % less.
+    const YIELDS_M: f32 = 0.04e-3;
 
     /// A tool held outside of a still pot of the default clay for one tick.
     #[must_use]
@@ -92,7 +95,8 @@ impl Press {
     }
 
     /// Parts into which its way is cut. Each is at most a third of the tool's radius R, so that the grooves of a small contact
-    /// overlap, and at most √(8·s·R) long, so that the ridge between two of them is no higher than s.
+    /// overlap, and at most √(8·s·R) long, so that the ridge between two of them is no higher than s. In each it goes no deeper than
+    /// `y/response`, so that no more than y yields.
     fn parts(&self, cutter: Option<&Cutter>) -> u32 {
         let Some(from_m) = self.from_m else { return 1 };
         let radius_m = match self.tool {
@@ -103,7 +107,13 @@ impl Press {
             },
         };
         let longest_m = (radius_m / 3.0).min(root(8.0 * Self::RIDGE_M * radius_m));
-        let parts = libm::ceilf(self.centre_m.distance(from_m) / longest_m);
+        let [begin_m, end_m] = [from_m, self.centre_m].map(|at| hypot(at.x, at.y));
+        let deeper_m = match self.side {
+            Side::Outside => begin_m - end_m,
+            Side::Inside => end_m - begin_m,
+        };
+        let yields_m = self.response * deeper_m;
+        let parts = libm::ceilf((self.centre_m.distance(from_m) / longest_m).max(yields_m / Self::YIELDS_M));
         if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
     }
 

@@ -133,6 +133,21 @@ fn plastic_dent_and_force_do_not_depend_on_the_grid() {
 }
 
 #[test]
+fn plastic_dent_and_force_do_not_depend_on_the_number_of_steps() {
+    for depth in [1, 2] {
+        let dent = dent(MethodKind::Plastic, depth, true, GridShape::PAPER);
+        let many = dent.press_in(1000).unwrap();
+        for steps in [10, 30, 100] {
+            let few = dent.press_in(steps).unwrap();
+            let force = f64::from(few.force_n / many.force_n - 1.0).abs();
+            let shape = few.difference_mm(&many, &dent) / f64::from(depth);
+            println!("{depth} mm in {steps} steps: force {force:.4}, shape {shape:.4} of the travel");
+            assert!(force < 0.01 && shape < 0.01, "{depth} mm in {steps} steps: {force:.4}, {shape:.4}");
+        }
+    }
+}
+
+#[test]
 fn plastic_clay_beats_both_published_methods() {
     for depth in [1, 2] {
         let error = |method| pressed(method, depth, true).1;
