@@ -85,7 +85,7 @@ impl Finest {
     /// What is seen of a pot that fills a large screen.
     pub const SEEN: Metres = Metres(0.1e-3);
     /// Smallest and largest tool that a grid may be for, mm.
-    pub const TOOL_MM: (f32, f32) = (Sphere::RADIUS_MIN.as_mm(), Sphere::RADIUS_MAX.as_mm());
+    pub const TOOL_MM: (f32, f32) = (tenths_mm(Sphere::RADIUS_MIN), tenths_mm(Sphere::RADIUS_MAX));
     /// Shortest and longest length that may be seen, mm: a hundredth, and an element of the largest tool's grid.
     pub const SEEN_MM: (f32, f32) = (0.01, 10.0);
 
@@ -117,6 +117,11 @@ impl Finest {
             ConfigError::TooFine { tool_mm, least_mm, most_mm }
         })
     }
+}
+
+/// A length of tenths of a millimetre, as it was written: 40, where its metres give 40.000004.
+const fn tenths_mm(length: Metres) -> f32 {
+    (length.as_mm() * 10.0).round() / 10.0
 }
 
 /// Whether a number can be used.

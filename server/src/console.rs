@@ -4,11 +4,11 @@
 //! Invariant: where nobody looks at a terminal, it says everything once, in plain text.
 
 use std::fmt::Write as _;
-use std::io::{IsTerminal as _, Read as _, Write as _};
+use std::io::{ErrorKind, IsTerminal as _, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
 use pottery_server::order_of;
 use pottery_shared::protocol::TeacherToken;
@@ -31,7 +31,7 @@ WHEEL is a wheel's number, from 1, or all.";
 
 /// How the lesson on this machine's server stands, and what a teacher orders there.
 #[derive(Args, Debug)]
-#[command(after_help = ORDERS)]
+#[command(after_help = ORDERS, allow_negative_numbers = true)]
 pub(crate) struct ConsoleFlags {
     /// The operators' address of the server
     #[arg(long, value_name = "ADDRESS", value_parser = crate::address, env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
@@ -87,16 +87,25 @@ fn order(address: SocketAddr, token: &TeacherToken, words: &str) -> anyhow::Resu
 /// Asks, and returns what is said; a refusal is an error.
 fn ask(address: SocketAddr, request: &str) -> anyhow::Result<String> {
     ensure!(address.ip().is_loopback(), "a console asks this machine alone: choose a loopback address, not {address}");
-    let mut stream = TcpStream::connect_timeout(&address, PATIENCE)
-        .with_context(|| format!("no server answers operators at {address}; start it with --operate {address}"))?;
+    let said = format!("no server answers operators at {address}; start it with --operate {address}");
+    let mut stream = TcpStream::connect_timeout(&address, PATIENCE).map_err(|error| unanswered(error, said))?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.write_all(request.as_bytes())?;
     let mut answer = String::new();
-    stream.read_to_string(&mut answer).context("the server did not answer")?;
+    let said = format!("the server did not answer within {} s; ask again", PATIENCE.as_secs());
+    stream.read_to_string(&mut answer).map_err(|error| unanswered(error, said))?;
     let (head, body) = answer.split_once("\r\n\r\n").context("what answers there is no pottery server")?;
     match head.split(' ').nth(1) {
         Some("200") => Ok(body.to_owned()),
         _ => bail!("{}", body.trim_end()),
+    }
+}
+
+/// That no answer came, and why where the system says more than that.
+fn unanswered(error: std::io::Error, said: String) -> anyhow::Error {
+    match error.kind() {
+        ErrorKind::ConnectionRefused | ErrorKind::TimedOut | ErrorKind::WouldBlock => anyhow!(said),
+        _ => anyhow::Error::new(error).context(said),
     }
 }
 

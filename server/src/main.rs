@@ -12,6 +12,7 @@ macro_rules! say {
 mod console;
 
 use std::cmp::Ordering;
+use std::ffi::OsString;
 use std::io::{IsTerminal as _, Write as _};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -19,7 +20,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::Context as _;
-use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue};
+use clap::{Arg, ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use pottery_files::flags::{first_sentence, number_from};
 use pottery_files::sentence::sentence;
 use pottery_server::{FileConfig, Finest, Server, ServerConfig, stop_signal};
@@ -175,6 +177,24 @@ enum Log {
 /// Exit code of flags that make no sense.
 const SENSELESS: u8 = 2;
 
+/// What is wrong with flags, or with a variable of the environment that stands in the place of one that is not on the line.
+fn sentence_of(wrong: &clap::Error, line: impl Iterator<Item = OsString>) -> String {
+    let said = first_sentence(&wrong.to_string());
+    let Some(ContextValue::String(named)) = wrong.get(ContextKind::InvalidArg) else { return said };
+    let mut program = Flags::command();
+    program.build();
+    let mut known = program.get_arguments().chain(program.get_subcommands().flat_map(clap::Command::get_arguments));
+    let flag = known.find(|flag| flag.to_string() == *named);
+    let (Some(long), Some(variable)) = (flag.and_then(Arg::get_long), flag.and_then(Arg::get_env)) else { return said };
+    let is_it = |word: OsString| {
+        word.to_string_lossy().strip_prefix("--").is_some_and(|word| word.split('=').next() == Some(long))
+    };
+    if std::env::var_os(variable).is_none() || line.skip(1).any(is_it) {
+        return said;
+    }
+    said.replace(&format!("'{named}'"), &format!("{} in the environment", variable.display()))
+}
+
 #[tokio::main]
 async fn main() -> ExitCode {
     let parsed = Flags::command().try_get_matches();
@@ -182,7 +202,7 @@ async fn main() -> ExitCode {
         Ok(parsed) => parsed,
         Err(said) if !said.use_stderr() => said.exit(),
         Err(wrong) => {
-            drop(writeln!(std::io::stderr(), "pottery-server: {}", first_sentence(&wrong.to_string())));
+            drop(writeln!(std::io::stderr(), "pottery-server: {}", sentence_of(&wrong, std::env::args_os())));
             return ExitCode::from(SENSELESS);
         }
     };

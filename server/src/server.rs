@@ -3,6 +3,7 @@
 //! Owns the endpoint and the tasks; the room itself lives in the ticking task.
 //! Invariant: after `stop` everybody was told, the tasks have ended and the port is free.
 
+use std::io::ErrorKind;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -23,11 +24,21 @@ use crate::teacher::Teacher;
 use crate::ticking::Ticking;
 use crate::{Certificate, ConfigError, Figures, Losses, ServerConfig, connection, opening, operation, transport};
 
+/// What helps where an address cannot be listened on.
+const fn remedy(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::AddrInUse => "is another studio running? choose another port with --listen",
+        ErrorKind::AddrNotAvailable => "give --listen an address of this machine, or [::] for all of them",
+        ErrorKind::PermissionDenied => "choose a port above 1023 with --listen",
+        _ => "choose another address with --listen",
+    }
+}
+
 /// Why a server does not run.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
     /// The address cannot be had.
-    #[error("cannot listen on {address} ({source}); is another studio running? choose another port with --listen")]
+    #[error("cannot listen on {address} ({source}); {}", remedy(source.kind()))]
     Bind {
         /// Where.
         address: SocketAddr,

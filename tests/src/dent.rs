@@ -281,7 +281,7 @@ impl Dent {
         }
         let row_height_mm = surface.row_height_m() * 1e3;
         let profile_steps = pressing.turning.as_ref().map_or((0, 0), |turning| turning.profile_steps);
-        let finger_n = pressing.finger.map(|(_, felt)| -felt.force_n.x);
+        let finger_n = pressing.finger.map(|(held, felt)| -felt.force_n.dot(held.centre_m.with_z(0.0).normalize()));
         Dented {
             shape,
             row_height_mm,
@@ -431,6 +431,11 @@ impl Pressing {
             Some(contact) => contact,
             None => match &mut self.finger {
                 Some((held, felt)) => {
+                    if turning != 0 {
+                        let from_m = from_m.map(|_| held.centre_m);
+                        let opposite = at.truncate().normalize() * held.centre_m.truncate().length();
+                        *held = Press { centre_m: opposite.extend(at.z), from_m, turning, response, ..*held };
+                    }
                     let contacts = self.substep.advance(&mut self.pot, &[press, *held], method, touched);
                     *felt = contacts[1];
                     contacts[0]

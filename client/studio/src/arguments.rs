@@ -22,9 +22,11 @@ use pottery_shared::tool::{ConvexTool, Shape, Tool};
 
 use crate::conversion::Conversion;
 use crate::haptics::Bench;
+use crate::headless_choice::{HandKind, HeadlessFlags};
 use crate::joining::{self, Where};
 use crate::known::Known;
 use crate::network::Network;
+use crate::record::check_writable;
 use crate::replaying::ReplaySession;
 use crate::tool_choice::{ToolChoice, ToolFlags};
 use crate::watch_choice::{WatchFlags, WatchName};
@@ -166,7 +168,7 @@ struct HoldFlags {
 #[derive(Args, Clone, Debug)]
 struct HostFlags {
     /// UDP address to listen on; port 0 takes any free one [default: all networks, port 4747; headless: loopback, any]
-    #[arg(long)]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     listen: Option<SocketAddr>,
     /// Join code of 8 characters; a fresh one when left out
     #[arg(long)]
@@ -202,24 +204,8 @@ struct HostFlags {
     /// Shortest length on the clay that anybody sees, mm: where that is longer than the tool's elements, they are as long
     #[arg(long, value_name = "MM", requires = "smallest_tool_mm", value_parser = number_from(Finest::SEEN_MM.0, Finest::SEEN_MM.1))]
     finest_view_mm: Option<f32>,
-    /// Work without a window
-    #[arg(long)]
-    headless: bool,
-    /// Scripted potters (headless)
-    #[arg(long, default_value_t = 3, value_parser = number_from(1_u16, 16))]
-    potters: u16,
-    /// How long they work, s (headless)
-    #[arg(long, default_value_t = 10.0, value_parser = number_from(0.5, 86_400.0))]
-    seconds: f64,
-    /// Folder for pot.pot, pot.stl, pot.png and session.json (headless)
-    #[arg(long, value_name = "DIR", default_value = "studio-out")]
-    out: PathBuf,
-    /// Stroke file that a potter replays instead of its own; repeat it for more potters (headless)
-    #[arg(long, value_name = "FILE")]
-    stroke: Vec<PathBuf>,
-    /// Whether scripted hands follow their stroke exactly or as a hand that the clay pushes back (headless)
-    #[arg(long, value_enum, default_value_t = HandKind::Scripted)]
-    hand: HandKind,
+    #[command(flatten)]
+    scripted: HeadlessFlags,
     /// Somebody who looks on, and how closely; repeat it for more (headless)
     #[arg(long, value_enum, value_name = "DETAIL")]
     watch: Vec<WatchName>,
@@ -287,7 +273,7 @@ struct ReplayFlags {
     #[arg(long)]
     headless: bool,
     /// Folder for pot.pot (headless)
-    #[arg(long, value_name = "DIR", default_value = "studio-out")]
+    #[arg(long, value_name = "DIR", default_value = "studio-out", requires = "headless")]
     out: PathBuf,
 }
 
@@ -364,15 +350,6 @@ impl ClayName {
     }
 }
 
-/// How a scripted hand holds its tool.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum HandKind {
-    /// Exactly on the stroke, whatever it feels
-    Scripted,
-    /// Mass, spring and damper between the stroke and the tool
-    Simulated,
-}
-
 /// What is to be done.
 #[derive(Debug)]
 pub(crate) enum Mode {
@@ -441,6 +418,8 @@ pub(crate) struct WindowSession {
     pub(crate) opened: Option<PathBuf>,
     pub(crate) tool: ToolChoice,
     pub(crate) record: Option<PathBuf>,
+    /// Flags that were given for scripted potters, who work only where no window can be opened.
+    pub(crate) unfollowed: Vec<&'static str>,
 }
 
 /// Whose studio the window is on.
@@ -448,6 +427,10 @@ pub(crate) struct WindowSession {
 pub(crate) enum Place {
     Hosted(Box<ServerConfig>),
     Joined(Target),
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
 }
 
 fn wetness(text: &str) -> Result<Wetness, String> {
@@ -462,6 +445,10 @@ impl JoinFlags {
             ensure!(self.code.is_none(), "the link has its code already: leave --code out");
             address.parse::<Link>()?.0
         } else {
+            ensure!(
+                !address.contains('/'),
+                "{address} is no address of a studio: give a host and a port, such as 192.168.1.20:4747, or the whole link, pottery://…"
+            );
             let code = self.code.clone();
             let code =
                 code.context("the studio's code is missing: give --code and what the host shows, or the whole link")?;
@@ -490,7 +477,7 @@ impl Arguments {
                     Where::At(address) => join.target(&address)?,
                     Where::Among(found) => return Ok(Mode::Found(found)),
                 };
-                check_writable(join.record.as_ref())?;
+                join.record.as_deref().map_or(Ok(()), check_writable)?;
                 let place = Place::Joined(target.clone());
                 let session = window(place, None, &join.hold, &join.tool, join.record.as_ref())?;
                 return Ok(match join.watch.detail()? {
@@ -507,8 +494,8 @@ impl Arguments {
             Some(Command::Host(flags)) => flags,
             None => &self.host,
         };
-        check_writable(flags.record.as_ref())?;
-        if flags.headless {
+        flags.record.as_deref().map_or(Ok(()), check_writable)?;
+        if flags.scripted.headless {
             return Ok(Mode::Headless(flags.headless_session()?));
         }
         ensure!(
@@ -517,7 +504,8 @@ impl Arguments {
         );
         let server = flags.server_config(ServerConfig::default().listen)?;
         let place = Place::Hosted(Box::new(server));
-        Ok(Mode::Window(window(place, flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())?))
+        let session = window(place, flags.open.clone(), &flags.hold, &flags.tool, flags.record.as_ref())?;
+        Ok(Mode::Window(WindowSession { unfollowed: flags.scripted.given(), ..session }))
     }
 
     /// The headless session to fall back to when there is no display.
@@ -590,12 +578,10 @@ impl HostFlags {
     }
 
     fn headless_session(&self) -> anyhow::Result<HeadlessSession> {
-        if self.stroke.len() > usize::from(self.potters) {
-            bail!("{} strokes are too many for {} potters; raise --potters", self.stroke.len(), self.potters);
-        }
+        let potters = self.scripted.potters()?;
         let mut strokes = Vec::new();
         let choice = self.tool.choice()?;
-        for path in &self.stroke {
+        for path in &self.scripted.stroke {
             let stroke = Stroke::read(path).with_context(|| format!("the stroke {}", path.display()))?;
             let tools = Shape::NAMED.len() + usize::from(choice.brought.is_some());
             if let Some(Shape(shape)) =
@@ -605,7 +591,7 @@ impl HostFlags {
             }
             strokes.push(Arc::new(stroke));
         }
-        for potter in strokes.len()..usize::from(self.potters) {
+        for potter in strokes.len()..potters {
             let (name, text) = STROKES[potter % STROKES.len()];
             let stroke = Stroke::parse(text).with_context(|| format!("the stroke {name}"))?;
             let stroke = choice.stroke(stroke).with_context(|| format!("the stroke {name} with another tool"))?;
@@ -619,9 +605,9 @@ impl HostFlags {
         Ok(HeadlessSession {
             server,
             strokes,
-            seconds: self.seconds,
-            out: self.out.clone(),
-            hand: self.hand,
+            seconds: self.scripted.seconds(),
+            out: self.scripted.out(),
+            hand: self.scripted.hand(),
             device: self.hold.device.clone(),
             core: self.hold.pin_core,
             rate: self.hold.rate,
@@ -647,18 +633,6 @@ fn window(
     let (core, rate) = (hold.pin_core, hold.rate);
     let (network, record) = (hold.network, record.cloned());
     let is_muted = hold.mute;
-    Ok(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record })
-}
-
-/// Says now, not after an hour's work, that a recording cannot be written, or that one is there already.
-fn check_writable(path: Option<&PathBuf>) -> anyhow::Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let file = std::fs::OpenOptions::new()
-        .append(true)
-        .create(true)
-        .open(path)
-        .with_context(|| format!("the recording {} cannot be written; choose another file", path.display()))?;
-    let is_empty = file.metadata().is_ok_and(|about| about.len() == 0);
-    ensure!(is_empty, "there is something in {} already; choose another file for the recording", path.display());
-    Ok(())
+    let unfollowed = Vec::new();
+    Ok(WindowSession { place, device, core, rate, is_muted, network, stroke, opened, tool, record, unfollowed })
 }

@@ -23,7 +23,9 @@ use pottery_shared::snapshot::Detail;
 use pottery_shared::tool::ConvexTool;
 use pottery_shared::units::Tick;
 
-use crate::arguments::{HandKind, HeadlessSession};
+use crate::arguments::HeadlessSession;
+use crate::endings;
+use crate::headless_choice::HandKind;
 use crate::hosting::{self, Studio};
 use crate::record;
 use crate::report::SessionReport;
@@ -48,25 +50,34 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
             cores()
         );
     }
-    let studio = Studio::open(session.server.clone())?;
+    let mut studio = Studio::open(session.server.clone())?;
     let runtime = hosting::runtime("network")?;
-    let (mut reports, watched) = runtime.block_on(work(session, &studio))?;
+    let Measured { seconds, mut reports, watched } = runtime.block_on(work(session, &mut studio))?;
     let standing = studio.standing()?;
-    let report = SessionReport::new(session.seconds, &reports, &watched, &standing);
-    if let Some(path) = &session.record {
-        record::write(reports[0].network.recording.take(), path)?;
-    }
-    let pot = &standing.pots[0];
-    write_whole(&session.out.join("session.json"), |file| Ok(serde_json::to_writer_pretty(file, &report)?))?;
-    PotFile::of(pot, &reports[0].view.conditions, Tick(standing.ticks)).write(&session.out.join("pot.pot"))?;
-    write_whole(&session.out.join("pot.stl"), |file| export::write_stl(pot, file))?;
-    let picture = picture(pot, &session.out)?;
+    let report = SessionReport::new(seconds, &reports, &watched, &standing);
+    let recording = reports[0].network.recording.take();
+    let saved = PotFile::of(&standing.pots[0], &reports[0].view.conditions, Tick(standing.ticks));
+    endings::all([
+        write(&report, &standing.pots[0], &saved, &session.out),
+        session.record.as_ref().map_or(Ok(()), |path| record::write(recording, path)),
+        studio.close(),
+        agreement(&report),
+    ])
+}
+
+/// Writes what came of it, and says so.
+fn write(report: &SessionReport, pot: &Pot, saved: &PotFile, out: &Path) -> anyhow::Result<()> {
+    write_whole(&out.join("session.json"), |file| Ok(serde_json::to_writer_pretty(file, report)?))?;
+    saved.write(&out.join("pot.pot"))?;
+    write_whole(&out.join("pot.stl"), |file| export::write_stl(pot, file))?;
+    let picture = picture(pot, out)?;
     say!("{}", report.summary());
-    say!(
-        "written    session.json, pot.pot, pot.stl{} in {}",
-        if picture { ", pot.png" } else { "" },
-        session.out.display()
-    );
+    say!("written    session.json, pot.pot, pot.stl{} in {}", if picture { ", pot.png" } else { "" }, out.display());
+    Ok(())
+}
+
+/// Whether every client holds the server's clay.
+fn agreement(report: &SessionReport) -> anyhow::Result<()> {
     let diverged = report.diverged();
     if !diverged.is_empty() {
         bail!("the clay of clients {diverged:?} differs from the server's after {} s of quiet", QUIET.as_secs());
@@ -75,9 +86,14 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
 }
 
 /// What potters and those who looked on measured.
-type Measured = (Vec<PotterReport>, Vec<(Detail, WatchReport)>);
+struct Measured {
+    /// How long they worked.
+    seconds: f64,
+    reports: Vec<PotterReport>,
+    watched: Vec<(Detail, WatchReport)>,
+}
 
-async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Measured> {
+async fn work(session: &HeadlessSession, studio: &mut Studio) -> anyhow::Result<Measured> {
     let (target, _proxy) = match &session.network {
         Some(network) => network.before(studio.target()).await.map(|(target, proxy)| (target, Some(proxy)))?,
         None => (studio.target(), None),
@@ -115,7 +131,8 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
         lookers.push((detail, looker));
         endpoints.push(endpoint);
     }
-    watch(session.seconds, &potters).await?;
+    studio.keep_session();
+    let seconds = watch(session.seconds, &potters).await?;
     let mut all_settled = true;
     for potter in &potters {
         all_settled &= potter.settle(QUIET).await;
@@ -140,7 +157,7 @@ async fn work(session: &HeadlessSession, studio: &Studio) -> anyhow::Result<Meas
         endpoint.close(0_u32.into(), b"goodbye");
         endpoint.wait_idle().await;
     }
-    Ok((reports, watched))
+    Ok(Measured { seconds, reports, watched })
 }
 
 fn cores() -> usize {
@@ -176,14 +193,15 @@ async fn bring(potter: &Potter, tool: Arc<ConvexTool>) -> anyhow::Result<()> {
     bail!("the tool has not come to the wheel within {} s", QUIET.as_secs())
 }
 
-/// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted.
-async fn watch(seconds: f64, potters: &[Potter]) -> anyhow::Result<()> {
+/// Shows the passing time and who is touching, until the session's seconds are over or it is interrupted; how long that was, s.
+async fn watch(seconds: f64, potters: &[Potter]) -> anyhow::Result<f64> {
     let stopped = stop_signal().context("the system lets nobody interrupt the session")?;
     tokio::pin!(stopped);
     let bar = ProgressBar::new((seconds * 10.0).round() as u64);
     let style = ProgressStyle::with_template("{bar:32.green} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style);
     let started = tokio::time::Instant::now();
+    let mut worked = seconds;
     while started.elapsed().as_secs_f64() < seconds {
         let touching = potters.iter().filter(|potter| potter.status().elements() > 0).count();
         let passed = started.elapsed().as_secs_f64();
@@ -195,13 +213,15 @@ async fn watch(seconds: f64, potters: &[Potter]) -> anyhow::Result<()> {
         tokio::select! {
             () = tokio::time::sleep(Duration::from_millis(100)) => {}
             _ = &mut stopped => {
+                // to the millisecond, as long as a tick
+                worked = (started.elapsed().as_secs_f64() * 1e3).round() / 1e3;
                 bar.println("interrupted: what was made so far is written");
                 break;
             }
         }
     }
     bar.finish_and_clear();
-    Ok(())
+    Ok(worked)
 }
 
 /// Draws the pot; without a graphics driver it says so and goes on.

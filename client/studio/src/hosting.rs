@@ -1,10 +1,13 @@
 //! The embedded server: the same as the stand-alone one, on a runtime of its own.
 //!
-//! Invariant: dropping the studio stops it.
+//! Invariant: dropping the studio stops it, and a start that came to nothing leaves no session file behind.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use pottery_client::Target;
 use pottery_server::{Server, ServerConfig, Standing};
 use tokio::runtime::Runtime;
@@ -14,17 +17,44 @@ use tokio::runtime::Runtime;
 pub(crate) struct Studio {
     runtime: Runtime,
     server: Option<Server>,
+    /// The session file that was begun, until it is worth keeping.
+    begun: Option<PathBuf>,
 }
 
 impl Studio {
     pub(crate) fn open(config: ServerConfig) -> anyhow::Result<Self> {
         let runtime = runtime("server")?;
-        let server = runtime.block_on(async { Server::start(config) })?;
-        Ok(Self { runtime, server: Some(server) })
+        // one that is there, which may be a link that leads nowhere, is refused and stays
+        let begun = config.record.clone().filter(|path| path.symlink_metadata().is_err());
+        match runtime.block_on(async { Server::start(config) }) {
+            Ok(server) => Ok(Self { runtime, server: Some(server), begun }),
+            Err(error) => {
+                if let Some(path) = &begun {
+                    take_away(path);
+                }
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Somebody is at the wheel: the session file stays, whatever comes.
+    pub(crate) fn keep_session(&mut self) {
+        self.begun = None;
+    }
+
+    /// Stops it.
+    ///
+    /// # Errors
+    /// When not everything was kept that was to be.
+    pub(crate) fn close(mut self) -> anyhow::Result<()> {
+        let server = self.server.take().expect("the server is taken only when the studio is closed or dropped");
+        let losses = self.runtime.block_on(server.stop());
+        ensure!(losses.is_none(), "{losses}");
+        Ok(())
     }
 
     fn server(&self) -> &Server {
-        self.server.as_ref().expect("the server is taken only when the studio is dropped")
+        self.server.as_ref().expect("the server is taken only when the studio is closed or dropped")
     }
 
     /// How to join from this machine.
@@ -58,6 +88,18 @@ impl Drop for Studio {
         if let Some(server) = self.server.take() {
             self.runtime.block_on(server.stop());
         }
+        if let Some(path) = &self.begun {
+            take_away(path);
+        }
+    }
+}
+
+/// Takes a file away of a start that came to nothing, if it came to the file.
+fn take_away(path: &Path) {
+    if let Err(error) = fs::remove_file(path)
+        && error.kind() != ErrorKind::NotFound
+    {
+        note!("{} is left behind: {error}", path.display());
     }
 }
 

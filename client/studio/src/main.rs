@@ -19,8 +19,10 @@ macro_rules! note {
 
 mod arguments;
 mod conversion;
+mod endings;
 mod haptics;
 mod headless;
+mod headless_choice;
 mod hosting;
 mod joining;
 mod known;

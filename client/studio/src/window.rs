@@ -27,7 +27,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use pottery_client::render::{Gpu, GpuAhead};
 use pottery_client::{Endpoint, PotterReport, Priority, Target};
 use pottery_server::stop_signal;
@@ -36,6 +36,7 @@ use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
 
 use crate::arguments::{Place, WatchSession, WindowSession};
+use crate::endings;
 use crate::hosting::{self, Studio};
 use crate::known;
 use crate::preferences::{Keeper, Preferences};
@@ -88,9 +89,14 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         Ok(event_loop) => event_loop,
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
+    ensure!(
+        session.unfollowed.is_empty(),
+        "nobody in a window follows {}: leave that out, or let scripted potters work with --headless",
+        session.unfollowed.join(", ")
+    );
     // without it the device is opened when the window is
     let graphics = GpuAhead::begin().ok();
-    let studio = match &session.place {
+    let mut studio = match &session.place {
         Place::Hosted(config) => Some(Studio::open((**config).clone())?),
         Place::Joined(_) => None,
     };
@@ -117,6 +123,9 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         let seated = Seated::at(&endpoint, &target, session, false).await?;
         anyhow::Ok((endpoint, seated))
     })?;
+    if let Some(studio) = &mut studio {
+        studio.keep_session();
+    }
     let potter = &seated.potter;
     if let Place::Joined(target) = &session.place {
         known::note(target, potter.view().lock().fingerprint);
@@ -133,10 +142,12 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
     let (report, failure) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime)?;
     drop(proxy);
-    if let (Some(path), Some(mut report)) = (&session.record, report) {
-        record::write(report.network.recording.take(), path)?;
-    }
-    failure.map_or(Ok(Ended::ByPerson), Err)
+    let recorded = match (&session.record, report) {
+        (Some(path), Some(mut report)) => record::write(report.network.recording.take(), path),
+        _ => Ok(()),
+    };
+    let closed = studio.map_or(Ok(()), Studio::close);
+    endings::all([failure.map_or(Ok(()), Err), recorded, closed]).map(|()| Ended::ByPerson)
 }
 
 /// Opens a window on a studio to look on, and stays until it is closed.

@@ -63,10 +63,11 @@ impl Default for ErrorBound {
 /// The choice between profile and grid, and the profile while it is in force.
 ///
 /// With P the way of the tool along the axis in a turn, δ its depth, `2a = 2·√(2Rδ − δ²)` its contact, d the change of its
-/// distance from the axis in a turn, and `g = −ln(1 − y)`, y the share of its penetration that yields while clay passes it, the error is
-/// estimated as `0.44·(P/2a)² + g·d/(√12·δ)`: the ridges of the thread (measured 0.40 to 0.44; 1/√5 for a parabola), and
-/// what a depth that changes within a turn leaves on one side of the pot. The profile is chosen below half of the bound and
-/// left above it. It is also chosen only where the pot under the tool is round, apart from the thread that the tool is
+/// distance from the axis in a turn, r the clay's radius, and `g = −ln(1 − y)`, y the share of its penetration that yields while clay passes it, the
+/// error is estimated as `0.44·(P/2a)² + 1.1·(δ/r)² + g·d/(√12·δ)`: the ridges of the thread (measured 0.40 to 0.44; 1/√5 for a parabola), what a deep groove
+/// adds (fitted to grooves of 1.5 to 8 mm in pots of 20 and 60 mm), and
+/// what a depth that changes within a turn leaves on one side of the pot. The profile is chosen below half of the bound, since errors of up to 1.8
+/// times the estimate are known, and left above it. It is also chosen only where the pot under the tool is round, apart from the thread that the tool is
 /// cutting: the rest has an RMS below half of the bound times δ.
 ///
 /// Works outside of a backed wall, with one sphere, in the law of [`PlasticCsem`].
@@ -89,7 +90,7 @@ pub struct Lathe {
     /// Widest clay beside the tool, m.
     widest_m: f32,
     /// What [`Lathe::costs`] told when the profile last went on.
-    costs: Option<[f32; 2]>,
+    costs: Option<[f32; 3]>,
     contact: Contact,
 }
 
@@ -98,6 +99,8 @@ impl Lathe {
     const STRIDE_RAD: f32 = TAU / 4.0;
     /// RMS of a thread over the depth, over the square of its pitch over the contact.
     const CUSPS: f32 = 0.44;
+    /// RMS of a deep groove over the depth, over the square of its depth over the clay's radius.
+    const DEEP: f32 = 1.1;
     /// RMS of an even change, over the change.
     const EVEN: f32 = 0.288_675_13;
     /// Largest g, at which 39 % of a penetration yields in one pass.
@@ -177,8 +180,8 @@ impl Lathe {
         self.path.error(self.costs(press, widest_m))
     }
 
-    /// Error for each square metre of pitch, and for each metre of change.
-    fn costs(&self, press: &Press, widest_m: f32) -> Option<[f32; 2]> {
+    /// Error whatever the pitch, for each square metre of it, and for each metre of change.
+    fn costs(&self, press: &Press, widest_m: f32) -> Option<[f32; 3]> {
         let (radius_m, distance_m) = (press.tool.sphere()?.radius().0, self.path.at_m[1]);
         let depth_m = (widest_m - distance_m + radius_m).min(radius_m);
         if press.side == Side::Inside || depth_m <= 0.0 || distance_m < Self::DISTANCE_MIN * radius_m {
@@ -187,7 +190,9 @@ impl Lathe {
         let contact_m = 2.0 * root(2.0 * radius_m * depth_m - depth_m * depth_m);
         let pass = contact_m / widest_m / self.path.step_rad.abs() * -libm::log1pf(-press.response);
         let holds = pass <= Self::PASS_MAX;
-        holds.then_some([Self::CUSPS / (contact_m * contact_m), Self::EVEN * pass / depth_m])
+        let deep = depth_m / widest_m;
+        let by_change = Self::EVEN * pass / depth_m;
+        holds.then_some([Self::DEEP * deep * deep, Self::CUSPS / (contact_m * contact_m), by_change])
     }
 
     /// Whether a tool goes so that the profile may be chosen, if the pot is round under it.
@@ -482,10 +487,12 @@ impl Path {
 
     /// Estimated error of a profile; infinite before a whole turn is known.
     #[inline(always)]
-    fn error(&self, costs: Option<[f32; 2]>) -> f32 {
-        let (Some(before_m), Some([by_pitch, by_change])) = (self.before_m, costs) else { return f32::INFINITY };
+    fn error(&self, costs: Option<[f32; 3]>) -> f32 {
+        let (Some(before_m), Some([at_least, by_pitch, by_change])) = (self.before_m, costs) else {
+            return f32::INFINITY;
+        };
         let now_m = self.range_m();
         let (pitch_m, change_m) = (before_m[0].max(now_m[0]), before_m[1].max(now_m[1]));
-        by_pitch * pitch_m * pitch_m + by_change * change_m
+        at_least + by_pitch * pitch_m * pitch_m + by_change * change_m
     }
 }

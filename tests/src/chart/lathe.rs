@@ -23,6 +23,8 @@ use crate::dent::{Dent, DentError};
 
 /// Depth of the tool, mm.
 const DEPTH_MM: f32 = 2.0;
+/// What the core's estimate has for that depth in a pot of 60 mm, percent.
+const DEEP_PERCENT: f64 = 110.0 / 900.0;
 /// Turns in which the tool comes in, and in which it goes along.
 const TURNS_IN: u32 = 6;
 const TURNS: u32 = 14;
@@ -178,12 +180,12 @@ impl Row for LatheFigures {
 pub(super) fn picture(figures: &Figures) -> Canvas {
     let all = &figures.lathe;
     let looks = || SPEEDS_RPM.iter().enumerate().map(|(row, rpm)| (Look::of_row(row), *rpm));
-    let mut entries = vec![(Sign::Line(INK), "estimate of the core at the pitch alone, 44 % · (P/2a)²".to_owned())];
+    let mut entries = vec![(Sign::Line(INK), "estimate of the core, 44 % · (P/2a)² + 110 % · (δ/r)²".to_owned())];
     entries.extend(looks().map(|(look, rpm)| (Sign::Marked(look), format!("{rpm} rpm"))));
     let (canvas, room) = sheet(
         "A fast wheel as a profile: error made and time saved",
         &entries,
-        "P: feed of the tool in one turn. 2a: length of its contact, 13.3 mm for a 12 mm sphere 2 mm deep. Error: RMS difference \
+        "P: feed of the tool in one turn. 2a: length of its contact, 13.3 mm for a 12 mm sphere δ = 2 mm deep in a pot of r = 60 mm. Error: RMS difference \
          to the full grid over the depth, wherever the stroke moved clay, the thread under the tool included. Dashed: 1 %, the \
          bound of the core unless another is set, above which it takes the grid.",
     );
@@ -195,7 +197,8 @@ pub(super) fn picture(figures: &Figures) -> Canvas {
         Panel::new(&canvas, left, "error made", x(), Axis::log("RMS error, % of depth", errors)),
         Panel::new(&canvas, right, "time saved", x(), Axis::log("time on the grid over time as a profile", saved)),
     ];
-    let theory: Vec<[f64; 2]> = (1..=60).map(|part| f64::from(part) * 0.01).map(|p| [p, 44.0 * p * p]).collect();
+    let theory: Vec<[f64; 2]> =
+        (1..=60).map(|part| f64::from(part) * 0.01).map(|p| [p, 44.0 * p * p + DEEP_PERCENT]).collect();
     panels[0].line(&theory, INK, 2.0);
     panels[0].dashed(&[[1e-9, 1.0], [1e9, 1.0]], FRAME, 1.5);
     for (look, rpm) in looks() {

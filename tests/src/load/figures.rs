@@ -144,6 +144,8 @@ pub struct Recorder {
     round_trip_us: AtomicU64,
     /// People who are in.
     people: AtomicI64,
+    /// People who were turned away and have not been in yet.
+    outside: AtomicI64,
     /// Why people could not come in, and how often.
     reasons: Mutex<BTreeMap<String, u64>>,
 }
@@ -155,6 +157,7 @@ impl Default for Recorder {
             earliest_us: AtomicI64::new(i64::MAX),
             round_trip_us: AtomicU64::new(u64::MAX),
             people: AtomicI64::new(0),
+            outside: AtomicI64::new(0),
             reasons: Mutex::default(),
         }
     }
@@ -228,6 +231,17 @@ impl Recorder {
     #[must_use]
     pub fn people(&self) -> i64 {
         self.people.load(Ordering::Relaxed)
+    }
+
+    /// Somebody who has not been in yet was turned away, or came in at last.
+    pub fn stand_outside(&self, by: i64) {
+        self.outside.fetch_add(by, Ordering::Relaxed);
+    }
+
+    /// People who were turned away and have not been in yet.
+    #[must_use]
+    pub fn outside(&self) -> u32 {
+        self.outside.load(Ordering::Relaxed).max(0) as u32
     }
 }
 

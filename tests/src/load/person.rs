@@ -185,6 +185,7 @@ impl Person {
         // who is not let in tries again, and is still due since then
         let mut due = Duration::from_secs_f64(plan.ramp_s * share);
         let mut tried_at = due;
+        let (mut has_been_in, mut is_outside) = (false, false);
         loop {
             let deadline = self.studio.epoch + tried_at;
             tokio::select! {
@@ -193,9 +194,17 @@ impl Person {
             }
             let Some(stay) = self.come(due).await else {
                 self.count(|tally| tally.failed_joins += 1);
+                if !has_been_in && !is_outside {
+                    is_outside = true;
+                    self.studio.recorder.stand_outside(1);
+                }
                 tried_at = self.now() + COME_AGAIN_AFTER;
                 continue;
             };
+            has_been_in = true;
+            if std::mem::take(&mut is_outside) {
+                self.studio.recorder.stand_outside(-1);
+            }
             self.studio.recorder.come(1);
             let ended = self.stay(stay).await;
             self.studio.recorder.come(-1);

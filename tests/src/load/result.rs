@@ -18,9 +18,9 @@ pub const SCHEMA: u32 = 1;
 pub enum Verdict {
     /// Every threshold holds and everybody has the same clay.
     Pass,
-    /// A threshold is broken.
+    /// A threshold is broken, or somebody was turned away until the measured time was over.
     Breach,
-    /// The generator did not keep its schedule, so that the figures say nothing of the server.
+    /// The generator did not keep its schedule, so that the figures say nothing of the server; or the run was interrupted.
     Invalid,
     /// Somebody's clay is not the server's.
     Diverged,
@@ -192,6 +192,12 @@ pub struct RunResult {
     pub broken: u64,
     /// Tries to join that did not succeed, before the measured time as well.
     pub failed_joins: u64,
+    /// People who were turned away and never in until the measured time was over: the figures are of the others alone.
+    #[serde(default)]
+    pub outside: u32,
+    /// Whether somebody ended it before its time; nobody's clay was compared then.
+    #[serde(default)]
+    pub is_interrupted: bool,
     /// Messages that made no sense or said other than to others.
     pub unlike: u64,
     /// People whose clay was compared with the server's at the end.

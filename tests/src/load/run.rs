@@ -114,7 +114,10 @@ pub enum RunError {
     Cores(std::io::Error),
     /// Interrupted by a person.
     #[error("interrupted")]
-    Interrupted,
+    Interrupted {
+        /// What was measured until then, where something was.
+        so_far: Option<Box<RunResult>>,
+    },
     /// Nobody came in.
     #[error("nobody could come in: {reasons}")]
     Nobody {
@@ -151,14 +154,7 @@ pub fn run(plan: Plan, options: &Options) -> Result<RunResult, RunError> {
     };
     // who presses keeps a schedule: hundreds who read what has come at once are not to stand before it in a queue
     let (eyes, hands) = (runtime()?, runtime()?);
-    let result = eyes.block_on(async {
-        tokio::select! {
-            // whoever has said so before this run began as well
-            biased;
-            () = options.stop.come() => Err(RunError::Interrupted),
-            result = work(plan, options, spawned.as_ref(), load_before, hands.handle()) => result,
-        }
-    });
+    let result = eyes.block_on(work(plan, options, spawned.as_ref(), load_before, hands.handle()));
     hands.shutdown_timeout(Duration::from_secs(1));
     eyes.shutdown_timeout(Duration::from_secs(1));
     result
@@ -216,11 +212,12 @@ async fn work(
         people.spawn_on(person.live(), threads);
     }
     let mut watched = Watched::new(&studio, options, spawned, load_before);
-    watched.watch().await?;
-    stage.send_replace(Stage::Settle);
-    settle(&studio).await;
-    stage.send_replace(Stage::Compare);
-    let outcomes = compare(&studio, &mut people).await;
+    let outcomes = tokio::select! {
+        // whoever has said so before this run began as well
+        biased;
+        () = options.stop.come() => return Err(RunError::Interrupted { so_far: watched.so_far() }),
+        outcomes = watched.go_through(&stage, &mut people) => outcomes?,
+    };
     stage.send_replace(Stage::Leave);
     people.abort_all();
     while people.join_next().await.is_some() {}
@@ -303,6 +300,8 @@ impl<'a> Watched<'a> {
             reconnects: 0,
             broken: 0,
             failed_joins: 0,
+            outside: 0,
+            is_interrupted: false,
             unlike: 0,
             compared: 0,
             untold: Vec::new(),
@@ -334,6 +333,34 @@ impl<'a> Watched<'a> {
             strangers,
             bystander,
         }
+    }
+
+    /// Lets people work, settle and compare their clay.
+    async fn go_through(
+        &mut self,
+        stage: &watch::Sender<Stage>,
+        people: &mut JoinSet<Option<Outcome>>,
+    ) -> Result<Vec<Outcome>, RunError> {
+        self.watch().await?;
+        stage.send_replace(Stage::Settle);
+        settle(self.studio).await;
+        stage.send_replace(Stage::Compare);
+        Ok(compare(self.studio, people).await)
+    }
+
+    /// What an interrupted run has measured, which nothing is judged by.
+    fn so_far(mut self) -> Option<Box<RunResult>> {
+        if self.result.measured_s <= 0.0 {
+            return None;
+        }
+        self.summarise();
+        let measured_s = self.result.measured_s;
+        (self.result.verdict, self.result.is_interrupted) = (Verdict::Invalid, true);
+        self.result.said.insert(
+            0,
+            format!("this run was interrupted after {measured_s:.0} s of its measured time, and no clay was compared"),
+        );
+        Some(Box::new(self.result))
     }
 
     /// Reads every second until the time is over, or a threshold is broken and that ends the run.
@@ -389,8 +416,14 @@ impl<'a> Watched<'a> {
             let reasons = refusals.unwrap_or_else(|| "nobody was answered".into());
             return Err(RunError::Nobody { reasons });
         }
-        self.result.said.extend(refusals.map(|reasons| format!("somebody could not come in: {reasons}")));
         self.summarise();
+        let (outside, people) = (self.result.outside, self.studio.plan.people());
+        self.result.said.extend(refusals.map(|reasons| match outside {
+            0 => format!("somebody could not come in: {reasons}"),
+            _ => format!(
+                "{outside} of {people} people never came in, and the figures are of the others alone: {reasons}"
+            ),
+        }));
         Ok(())
     }
 
@@ -415,6 +448,7 @@ impl<'a> Watched<'a> {
 
     fn summarise(&mut self) {
         self.result.take_in(&self.total);
+        self.result.outside = self.studio.recorder.outside();
         let measured_s = self.result.measured_s;
         if let Some((strangers, since_s)) = &self.strangers {
             let plan = &self.studio.plan;
@@ -520,7 +554,8 @@ impl<'a> Watched<'a> {
         self.result.untold = untold(self.studio.plan.people(), &outcomes);
         let broken: Vec<_> =
             self.options.thresholds.iter().filter(|threshold| !threshold.holds(&self.result)).collect();
-        let mut verdict = if broken.is_empty() { Verdict::Pass } else { Verdict::Breach };
+        let is_borne = broken.is_empty() && self.result.outside == 0;
+        let mut verdict = if is_borne { Verdict::Pass } else { Verdict::Breach };
         for threshold in broken {
             let value = threshold.value(&self.result);
             let value = value.map_or_else(|| "not measured".into(), |value| format!("{value:.3}"));

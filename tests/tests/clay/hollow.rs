@@ -282,6 +282,21 @@ fn hollow_pot_does_not_depend_on_the_number_of_steps() {
 }
 
 #[test]
+fn a_finger_inside_stays_opposite_a_tool_that_goes_round() {
+    let held = Dent {
+        finger: Some(Metres::from_mm(15.0)),
+        round: Some((60.0, Metres(0.0), 0.3)),
+        ..dent(2, false, GridShape::PAPER)
+    };
+    let alone = Dent { finger: None, ..held }.press().unwrap();
+    let held = held.press().unwrap();
+    let finger_n = held.finger_n.unwrap();
+    println!("{} N, {finger_n} N on the finger, {} N without one", held.force_n, alone.force_n);
+    // what the finger takes up is what the wall alone does not bear
+    assert!(finger_n > 0.5 * held.force_n && held.force_n > 1.3 * alone.force_n, "{finger_n} of {} N", held.force_n);
+}
+
+#[test]
 fn pots_share_their_bending() {
     let pot = Pot::new(spec(GridShape::PAPER)).unwrap();
     let copy = pot.clone();

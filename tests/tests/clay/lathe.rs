@@ -173,6 +173,28 @@ fn hundred_random_strokes_stay_within_the_bound() {
     assert!(2 * turning > ticks, "seed {SEED:#x}: the profile was in force in {turning} of {ticks} ticks");
 }
 
+/// A tenth of the pot's radius, which left 1.6 % where 0.5 was the bound when the pitch alone was counted.
+#[test]
+fn deep_grooves_stay_within_the_bound() {
+    let stroke = Stroke { rpm: 150.0, depth_m: 0.006, turns_in: 10.0, pitch: 0.025, turns: 40.0, ..Stroke::STILL };
+    let mut grid = Wheel::new(360, 300, None);
+    grid.stroke(&stroke);
+    for (share, turns) in [(0.005, false), (0.03, true)] {
+        let bound = ErrorBound::new(share).expect("it is in range");
+        let mut both = Wheel::new(360, 300, Some(bound));
+        both.stroke(&stroke);
+        both.leave();
+        let error = error(grid.surface(), both.surface(), stroke.depth_m);
+        println!(
+            "{error:.4} of the depth for {share}, {} of {} ticks as a profile",
+            both.ticks_turning,
+            stroke.ticks()
+        );
+        assert!(error <= f64::from(share), "{error:.4} for {share}");
+        assert!((both.ticks_turning > stroke.ticks() / 4) == turns, "{} ticks as a profile", both.ticks_turning);
+    }
+}
+
 #[test]
 fn a_profile_that_nothing_moves_leaves_every_bit() {
     // less than what springs back under a contact of one element

@@ -156,6 +156,51 @@ fn full_disk_leaves_the_old_file() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// The recording goes to a full device, and then everything to a disk that takes 1 kB a file.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_recorded_is_said_and_takes_nothing_else_along() {
+    let folder = folder("full-recording");
+    let (full, out, session) = (folder.join("full.csv"), folder.join("out"), folder.join("s.session"));
+    std::os::unix::fs::symlink("/dev/full", &full).unwrap();
+    let made = ["--headless", "--potters", "1", "--seconds", "2", "--out", text(&out)];
+    let output = studio(&[&made[..], &["--record", text(&full)]].concat());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("full.csv cannot be written (the disk is full)"), "{said}");
+    PotFile::read(&out.join("pot.pot")).unwrap();
+    assert!(out.join("session.json").exists() && out.join("pot.stl").exists(), "{said}");
+    let output = Command::new("bash")
+        .args(["-c", "trap '' XFSZ; ulimit -f 1; exec \"$@\"", "bash"])
+        .arg(program("pottery-studio"))
+        .args(made)
+        .args(["--record-session", text(&session)])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("not everything was kept (the end of the recording)"), "{said}");
+    assert!(session.exists(), "what was recorded stays");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn start_that_comes_to_nothing_leaves_no_recordings() {
+    let folder = folder("no-start");
+    let (out, stroke, session) = (folder.join("out"), folder.join("r.csv"), folder.join("r.session"));
+    let made = ["--headless", "--potters", "1", "--seconds", "1", "--out", text(&out)];
+    let made = [&made[..], &["--record", text(&stroke), "--record-session", text(&session)]].concat();
+    let taken = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    for start in [["--listen", &address], ["--stroke", "no-such-file.csv"]] {
+        sentence(&studio(&[&made[..], &start].concat()));
+        assert!(!stroke.exists() && !session.exists(), "{start:?}: {:?}", names(&folder));
+    }
+    assert_success(&studio(&made));
+    assert!(session.exists());
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn bad_network_is_felt_and_the_clay_stays_the_same() {
     let folder = folder("network");

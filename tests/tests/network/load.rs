@@ -478,6 +478,41 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
     }
 }
 
+#[test]
+fn who_never_comes_in_is_not_passed_over() {
+    let room = Plan { potters: 2, ..Plan::default() };
+    let host = Host::spawn(&program("pottery-server"), None, &room).unwrap();
+    let (address, code) = (host.address.to_string(), host.code.to_string());
+    let json = folder("load-outside").join("run.json");
+    let mut arguments = vec!["--server", &address, "--code", &code, "--potters", "4", "--full-potters", "0", "--quiet"];
+    arguments.extend(["--ramp", "0.2", "--warmup", "0.3", "--duration", "2", "--json", json.to_str().unwrap()]);
+    arguments.extend(PATIENT);
+    let done = output(&arguments);
+    assert_eq!(done.status.code(), Some(99), "{}", told(&done));
+    let words = ["2 of 4 people never came in", "the studio is full (2 people)", "not everybody who was planned"];
+    assert!(words.iter().all(|words| told(&done).contains(words)), "{}", told(&done));
+    let run = result(&json);
+    // they come in when the others have gone, which is after what was measured
+    assert_eq!((run.verdict, run.outside, run.join_ms.count), (Verdict::Breach, 2, 2), "{:?}", run.said);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_was_measured_until_somebody_ended_the_run_is_written() {
+    let json = folder("load-interrupted").join("run.json");
+    let further = ["--duration", "3000", "--json", json.to_str().unwrap()];
+    let (mut child, mut lines, _) = begun(&[&further[..], &PATIENT].concat());
+    signal("-INT", &child.id().to_string());
+    let mut said = String::new();
+    lines.read_to_string(&mut said).unwrap();
+    assert_eq!(ended(&mut child), Some(1), "{said}");
+    let run = result(&json);
+    assert!(run.is_interrupted && run.verdict == Verdict::Invalid && run.compared == 0, "{:?}", run.said);
+    assert!(run.said[0].contains("interrupted after"), "{:?}", run.said);
+    assert!(run.measured_s >= 1.0 && run.seconds.last().unwrap().is_measured, "{} s", run.measured_s);
+    assert!(run.sends > 0 && run.input_delta_ms.count > 0, "{:?}", run.input_delta_ms);
+}
+
 /// A server that answers every greeting with a refusal.
 fn refusing(refusal: Refusal) -> (SocketAddr, tokio::runtime::Runtime) {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();

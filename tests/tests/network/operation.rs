@@ -492,10 +492,18 @@ fn a_flag_that_cannot_be_meant_is_refused_with_what_can() {
         (&["--listen", "127.0.0.1"], "127.0.0.1:5000"),
         (&["--wheels", "1000000"], "from 1 to 1024"),
         (&["--people", "99999999999"], "from 1 to 4096"),
+        (&["--smallest-tool-mm", "41"], "from 0.5 to 40 ("),
+        (&["--listen", "192.0.2.1:5000"], "an address of this machine"),
+        (&["console", "freeze", "-1"], "say its number"),
     ] {
         let output = server(arguments, &[]);
         let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && sentence.contains(word), "{arguments:?}: {sentence}");
+    }
+    for (arguments, said) in [(&[][..], "'abc' for POTTERY_WHEELS in the"), (&["--wheels=0"], "'0' for '--wheels ")] {
+        let output = server(arguments, &[("POTTERY_WHEELS", "abc")]);
+        let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(sentence.contains(said) && sentence.contains("from 1 to 1024"), "{arguments:?}: {sentence}");
     }
 }
 

@@ -193,7 +193,9 @@ fn an_interrupted_session_writes_what_was_made() {
         }
         assert!(Command::new("kill").args([signal, &studio.id().to_string()]).status().unwrap().success());
         assert!(wait(&mut studio, Duration::from_secs(30)).success(), "{signal}");
-        assert!(out.join("session.json").exists() && out.join("pot.stl").exists(), "{signal}");
+        assert!(out.join("pot.stl").exists(), "{signal}");
+        let seconds = session(&out)["seconds"].as_f64().unwrap();
+        assert!((0.0..60.0).contains(&seconds), "{signal}: {seconds} s were worked");
         fs::remove_dir_all(out).unwrap();
     }
 }
@@ -623,6 +625,42 @@ fn joining_what_is_not_there_is_one_sentence() {
     let status = wait(&mut studio, PATIENCE);
     let text = text_of(studio.stderr.take().unwrap());
     assert!(!status.success() && text.contains("no.such.host.invalid"), "{text}");
+}
+
+#[test]
+fn flags_that_nobody_in_a_window_follows_are_refused() {
+    let display = Display::new();
+    let mut studio = display.studio(&["--listen", "127.0.0.1:0", "--potters", "2", "--out", "x"]);
+    let status = wait(&mut studio, PATIENCE);
+    let text = text_of(studio.stderr.take().unwrap());
+    assert!(!status.success() && text.contains("--potters, --out") && text.contains("--headless"), "{text}");
+}
+
+#[test]
+fn a_window_without_a_connection_shows_no_figure_of_it() {
+    let mut server = Command::new(program("pottery-server"))
+        .args(["--listen", "127.0.0.1:0", "--code", "K7QM-3XPD", "--no-announce"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(server.stdout.take().unwrap()).lines();
+    let address = lines.next().unwrap().unwrap().replace("listening on ", "");
+    let display = Display::new();
+    let (mut studio, window) = display.studio_with_controls(&["join", &address, "--code", "K7QM-3XPD", "--mute"]);
+    let deadline = Instant::now() + PATIENCE;
+    let until = |begin: &str| {
+        while window.says(begin).is_none() {
+            assert!(Instant::now() < deadline, "{begin}: {:#?}", window.all());
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    };
+    until("H: keys · round trip ");
+    server.kill().unwrap();
+    server.wait().unwrap();
+    until("H: keys · no connection · ");
+    studio.kill().unwrap();
+    studio.wait().unwrap();
 }
 
 #[test]

@@ -206,7 +206,7 @@ impl App {
             class: People::default(),
             history: History::default(),
             guidance: Guidance::default(),
-            round_trip_ms: 0.0,
+            round_trip_ms: Some(0.0),
             late_percent: 0.0,
             frames_per_s: 0.0,
             adapter: String::new(),
@@ -441,7 +441,7 @@ impl App {
             Some(Err(reason)) => self.refusal = Some((Instant::now(), reason)),
         }
         self.refusal.take_if(|(at, _)| at.elapsed() > REFUSED_FOR);
-        let round_trip_ms = view.round_trip.as_secs_f32() * 1e3;
+        let round_trip_ms = (view.link == Link::Open).then(|| view.round_trip.as_secs_f32() * 1e3);
         if (has_cause || self.figures_at.elapsed() >= FIGURES_IDLE) && self.held.count(status.ticks()) {
             self.panel.device = self.held.said(&self.panel.words);
             self.panel.pace = self.held.pace(&self.panel.words, self.potter.granted());
@@ -455,7 +455,12 @@ impl App {
             self.figures_at = Instant::now();
             self.panel.frames_per_s = 0.0;
             panel::renew(&mut self.panel.late_percent, late_percent, 0.2);
-            panel::renew(&mut self.panel.round_trip_ms, round_trip_ms, 5.0);
+            if let (Some(shown), Some(round_trip_ms)) = (&mut self.panel.round_trip_ms, round_trip_ms) {
+                panel::renew(shown, round_trip_ms, 5.0);
+            }
+        }
+        if self.panel.round_trip_ms.is_some() != round_trip_ms.is_some() {
+            self.panel.round_trip_ms = round_trip_ms;
         }
         let monitor = self.held.monitor.as_ref();
         self.panel.feel = self.held.feel();

@@ -84,7 +84,8 @@ pub(super) struct PanelState {
     pub(super) class: People,
     pub(super) history: History,
     pub(super) guidance: Guidance,
-    pub(super) round_trip_ms: f32,
+    /// None while there is no connection.
+    pub(super) round_trip_ms: Option<f32>,
     pub(super) late_percent: f32,
     pub(super) frames_per_s: f32,
     pub(super) adapter: String,
@@ -271,11 +272,17 @@ fn show_gauge(ui: &mut egui::Ui, state: &PanelState, width: f32) {
 /// The line of figures at the foot of the window.
 fn show_status(context: &egui::Context, state: &PanelState) {
     let words = &state.words;
+    let connection = state.round_trip_ms.map_or_else(
+        || words.say("no-connection"),
+        |round_trip_ms| {
+            let rtt = words.number(f64::from(round_trip_ms), 1);
+            words.say_with("connection", &[("rtt", &rtt), ("quality", &words.say(quality(round_trip_ms)))])
+        },
+    );
     let figures = words.say_with(
         "status",
         &[
-            ("rtt", &words.number(f64::from(state.round_trip_ms), 1)),
-            ("quality", &words.say(quality(state.round_trip_ms))),
+            ("connection", &connection),
             ("device", &state.device),
             ("pace", &state.pace),
             ("late", &words.number(f64::from(state.late_percent), 1)),

@@ -101,7 +101,9 @@ not-kept = die Einstellungen werden nicht behalten: { $reason }
 
 ## The line of figures
 
-status = H: Tasten · hin und zurück { $rtt } ms · { $quality } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter }
+status = H: Tasten · { $connection } · { $device }, Hand { $pace }, { $late } % zu spät · { $pictures } Bilder/s auf { $adapter }
+connection = hin und zurück { $rtt } ms · { $quality }
+no-connection = keine Verbindung
 device-mouse = Maus
 device-rate = { $device } mit { $rate } Hz
 hand-rests = ruht

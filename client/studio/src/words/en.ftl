@@ -101,7 +101,9 @@ not-kept = your preferences are not kept: { $reason }
 
 ## The line of figures
 
-status = H: keys · round trip { $rtt } ms · { $quality } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter }
+status = H: keys · { $connection } · { $device }, hand { $pace }, { $late } % late · { $pictures } pictures/s on { $adapter }
+connection = round trip { $rtt } ms · { $quality }
+no-connection = no connection
 device-mouse = mouse
 device-rate = { $device } at { $rate } Hz
 hand-rests = rests

@@ -77,7 +77,8 @@ pub(crate) struct DentFlags {
     /// Go along the axis by so much a turn, and by no more than half of the height in all [default: 0]
     #[arg(long, requires = "rpm", allow_hyphen_values = true, value_parser = number)]
     feed_mm_per_rev: Option<f32>,
-    /// How often to go round: a millisecond at least, and an hour at most
+    /// How often to go round: a millisecond at least, and an hour at most. After whole turns without a feed the tool is at the dent in which it began,
+    /// which bears it less
     #[arg(long, requires = "rpm", value_parser = number)]
     turns: Option<f32>,
     /// While it goes round, advance our wheel as a profile wherever the error's RMS over the groove is estimated to stay below so many
@@ -257,7 +258,8 @@ fn thousandths(figure: f64) -> f64 {
 }
 
 fn print(flags: &DentFlags, dent: &Dent, dented: &Dented) -> Result<(), Box<dyn std::error::Error>> {
-    writeln!(Printed, "radial force    {:.3} N", thousandths(dented.force_n.into()))?;
+    let when = if dent.release { ", before the tool was taken away" } else { "" };
+    writeln!(Printed, "radial force    {:.3} N{when}", thousandths(dented.force_n.into()))?;
     if let Some(finger_n) = dented.finger_n {
         writeln!(Printed, "on the finger   {:.3} N", thousandths(finger_n.into()))?;
     }

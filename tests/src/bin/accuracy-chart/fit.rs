@@ -6,6 +6,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use pottery_files::flags::number_from;
 use pottery_shared::clay::{GridShape, PlasticCsem, PlasticLaw};
 use pottery_tests::fit::dents::KnownDent;
 use pottery_tests::fit::speeds::{self, Quick};
@@ -36,7 +37,7 @@ What to do with it:
 #[command(after_help = MEANING)]
 pub(crate) struct FitFlags {
     /// Steps downhill; the same number gives the same constants
-    #[arg(long, value_name = "N", default_value_t = 150)]
+    #[arg(long, value_name = "N", default_value_t = 150, allow_negative_numbers = true, value_parser = number_from(0_u32, 100_000))]
     iterations: u32,
 }
 

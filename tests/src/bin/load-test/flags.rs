@@ -48,8 +48,8 @@ was due to the clay that holds it. The uncorrected figure runs from when it was 
 (schedule_lag_ms of those who press, look_lag_ms of those who look on), the run is invalid: it says nothing of the server.
 A star marks seconds that are left out of the figures.
 
-Exit codes: 0 every threshold holds, 99 one is broken, 98 the run is invalid, 97 somebody's clay is not the server's or could
-not be told, 2 a flag makes no sense, 1 anything else. Of knee: 0 some load held, whatever broke beyond it, 99 none did. Of soak: 99
+Exit codes: 0 every threshold holds, 99 one is broken or somebody never came in, 98 the run is invalid, 97 somebody's clay is not
+the server's or could not be told, 2 a flag makes no sense, 1 anything else. Of knee: 0 some load held, whatever broke beyond it, 99 none did. Of soak: 99
 also where memory grew, or could not be measured.";
 
 /// Puts a pottery server under load and says how it bears it: real QUIC, real strokes, no window and no hand's thread.
@@ -135,7 +135,7 @@ pub(crate) struct RunFlags {
     #[arg(long, value_name = "PER_SECOND", conflicts_with = "beyond_loopback", value_parser = number_from(0, Plan::STRANGERS_MAX))]
     strangers: Option<u32>,
     /// Seed of every roll of the dice
-    #[arg(long)]
+    #[arg(long, value_parser = number_from(0, u64::MAX))]
     seed: Option<u64>,
     /// What the run has to keep to, like input_delta_ms:p99<120; may be given again
     #[arg(long, value_name = "FIGURE:QUANTILE<BOUND")]

@@ -13,7 +13,9 @@ use clap::Parser;
 use pottery_client::whole_file::write_whole;
 use pottery_files::flags::first_sentence;
 use pottery_files::sentence::sentence;
+use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, Verdict};
+use pottery_tests::load::run::RunError;
 use pottery_tests::load::soak::Slope;
 use pottery_tests::load::{knee, law, page, run, soak};
 use pottery_tests::printed::{Printed, remark};
@@ -62,9 +64,18 @@ fn main() -> ExitCode {
 type Done = Result<u8, Box<dyn std::error::Error>>;
 
 fn once(flags: &RunFlags) -> Done {
-    let result = run::run(asked(flags.plan())?, &asked(flags.options())?)?;
+    let result = gone_through(flags, asked(flags.plan())?)?;
     tell(flags, &result)?;
     Ok(result.verdict.code())
+}
+
+/// What came of a run; of one that is interrupted, what it has measured is told and written as well.
+fn gone_through(flags: &RunFlags, plan: Plan) -> Result<RunResult, Box<dyn std::error::Error>> {
+    let done = run::run(plan, &asked(flags.options())?);
+    if let Err(RunError::Interrupted { so_far: Some(so_far) }) = &done {
+        tell(flags, so_far)?;
+    }
+    Ok(done?)
 }
 
 fn tell(flags: &RunFlags, result: &RunResult) -> Result<(), Box<dyn std::error::Error>> {
@@ -72,15 +83,17 @@ fn tell(flags: &RunFlags, result: &RunResult) -> Result<(), Box<dyn std::error::
     for said in &result.said {
         writeln!(Printed, "{said}")?;
     }
-    writeln!(Printed, "verdict                     {}", in_words(result.verdict))?;
+    writeln!(Printed, "verdict                     {}", in_words(result))?;
     write(flags.json.as_deref(), &serde_json::to_string_pretty(result)?)?;
     write(flags.html.as_deref(), &page::of_run(result))
 }
 
-const fn in_words(verdict: Verdict) -> &'static str {
-    match verdict {
+const fn in_words(result: &RunResult) -> &'static str {
+    match result.verdict {
         Verdict::Pass => "pass",
+        Verdict::Breach if result.outside > 0 => "not everybody who was planned could come in",
         Verdict::Breach => "a threshold is broken",
+        Verdict::Invalid if result.is_interrupted => "invalid: it was interrupted",
         Verdict::Invalid => "invalid: the generator did not keep its schedule",
         Verdict::Diverged => "the clay is not known to be the same everywhere",
     }
@@ -132,7 +145,7 @@ fn go_on(flags: &SoakFlags) -> Done {
         let is_within = Slope::is_within(done.memory.as_ref(), flags.growth_max_mb);
         return Ok(if is_within { Verdict::Pass } else { Verdict::Breach }.code());
     }
-    let mut result = run::run(plan, &asked(flags.run.options())?)?;
+    let mut result = gone_through(&flags.run, plan)?;
     let slope = soak::of_run(&result);
     let late = result.server.as_ref().map_or_else(
         || "its late ticks not told; a thread with nothing to do".to_owned(),
