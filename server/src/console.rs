@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
-use pottery_server::order_of;
+use pottery_server::{address, order_of};
 use pottery_shared::protocol::TeacherToken;
 use serde_json::Value;
 
@@ -34,7 +34,7 @@ WHEEL is a wheel's number, from 1, or all.";
 #[command(after_help = ORDERS, allow_negative_numbers = true)]
 pub(crate) struct ConsoleFlags {
     /// The operators' address of the server
-    #[arg(long, value_name = "ADDRESS", value_parser = crate::address, env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
     operate: SocketAddr,
     /// Say everything once and stop
     #[arg(long)]

@@ -42,4 +42,4 @@ pub use losses::Losses;
 pub use server::{Server, ServerError, Standing};
 pub use signal::stop_signal;
 pub use store::{StoreCounts, StoreError};
-pub use transport::{bind, endpoint, server_config};
+pub use transport::{address, bind, endpoint, server_config};

@@ -24,7 +24,7 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use pottery_files::flags::{first_sentence, number_from};
 use pottery_files::sentence::sentence;
-use pottery_server::{FileConfig, Finest, Server, ServerConfig, stop_signal};
+use pottery_server::{FileConfig, Finest, Server, ServerConfig, address, stop_signal};
 use pottery_shared::clay::{Form, Material, MethodKind, Preset, Support, Wetness};
 use pottery_shared::protocol::JoinCode;
 use tracing_subscriber::filter::{LevelFilter, Targets};
@@ -139,10 +139,6 @@ const EXAMPLES: &str = "Examples:
   pottery-server console                          how the lesson stands, for who is at this machine
   pottery-server console freeze 2                 order something, with the teacher's token
   pottery-server --wheels 4 --print-config        a file to begin settings from";
-
-pub(crate) fn address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
-}
 
 fn method(text: &str) -> Result<MethodKind, String> {
     MethodKind::from_name(text).ok_or_else(|| "choose original, improved or plastic".into())

@@ -16,6 +16,14 @@ use crate::{Certificate, ServerError, bounds};
 /// Socket buffer asked for: a second of a class's samples, should the tick be late.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 
+/// Reads an address to listen on or to connect to: an IP address with its port.
+///
+/// # Errors
+/// A sentence that says how one is written.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
+}
+
 /// A UDP socket on `address` with a large receive buffer.
 ///
 /// # Errors

@@ -191,7 +191,7 @@ impl Dent {
             Some(_) => Pressing::in_clay(*self, step, Material::default().viscosity)?,
             None => Pressing::new(*self, step)?,
         };
-        pressing.at = Some(pressing.place(0.0, 0.0, 0.5 * self.pot.height.0));
+        pressing.touch();
         pressing.turning = bound.zip(self.round).map(|(bound, (rpm, ..))| Turning {
             lathe: Lathe::new(&pressing.pot.surfaces()[0], bound, PlasticCsem::default()),
             step_rad: rpm / 60.0 * step.0 * std::f32::consts::TAU,
@@ -242,7 +242,7 @@ impl Dent {
             return Err(DentError::NoSteps);
         }
         let mut pressing = Pressing::new(*self, Seconds(STEP.0 * STEPS_IN as f32 / steps_in as f32))?;
-        pressing.at = Some(pressing.place(0.0, 0.0, 0.5 * self.pot.height.0));
+        pressing.touch();
         for number in 1..=steps_in + steps_in * STEPS_STILL / STEPS_IN {
             let share = (number as f32 / steps_in as f32).min(1.0);
             pressing.step_with(method, 0.0, self.depth.0 * share, 0.5 * self.pot.height.0, 0);
@@ -399,6 +399,11 @@ impl Pressing {
         let at = self.place(angle_rad, depth_m, z_m);
         let from_m = self.at.replace(at);
         self.advance(method, at, from_m, turning, |_, _| {})
+    }
+
+    /// Puts the tool where it begins, at the untouched surface.
+    fn touch(&mut self) {
+        self.at = Some(self.place(0.0, 0.0, 0.5 * self.dent.pot.height.0));
     }
 
     fn place(&self, angle_rad: f32, depth_m: f32, z_m: f32) -> Vec3 {

@@ -14,7 +14,7 @@ use pottery_client::flags::number_from;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
 use pottery_client::{Claim, Core, Found, Link, LoopRate, Target};
-use pottery_server::{Finest, ServerConfig};
+use pottery_server::{Finest, ServerConfig, address};
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{JoinCode, TeacherToken};
 use pottery_shared::snapshot::Detail;
@@ -427,10 +427,6 @@ pub(crate) struct WindowSession {
 pub(crate) enum Place {
     Hosted(Box<ServerConfig>),
     Joined(Target),
-}
-
-fn address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_| "give an IP address and a port, such as 127.0.0.1:5000 or [::]:4747".into())
 }
 
 fn wetness(text: &str) -> Result<Wetness, String> {

@@ -98,9 +98,9 @@ impl Lathe {
     /// Part of a turn that one step of the profile stands for, rad.
     const STRIDE_RAD: f32 = TAU / 4.0;
     /// RMS of a thread over the depth, over the square of its pitch over the contact.
-    const CUSPS: f32 = 0.44;
+    pub const CUSPS: f32 = 0.44;
     /// RMS of a deep groove over the depth, over the square of its depth over the clay's radius.
-    const DEEP: f32 = 1.1;
+    pub const DEEP: f32 = 1.1;
     /// RMS of an even change, over the change.
     const EVEN: f32 = 0.288_675_13;
     /// Largest g, at which 39 % of a penetration yields in one pass.

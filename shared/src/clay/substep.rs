@@ -107,13 +107,18 @@ impl Press {
             },
         };
         let longest_m = (radius_m / 3.0).min(root(8.0 * Self::RIDGE_M * radius_m));
-        let [begin_m, end_m] = [from_m, self.centre_m].map(|at| hypot(at.x, at.y));
-        let deeper_m = match self.side {
-            Side::Outside => begin_m - end_m,
-            Side::Inside => end_m - begin_m,
-        };
-        let yields_m = self.response * deeper_m;
-        let parts = libm::ceilf((self.centre_m.distance(from_m) / longest_m).max(yields_m / Self::YIELDS_M));
+        let way_m = self.centre_m.distance(from_m);
+        let mut parts = way_m / longest_m;
+        // it goes no deeper than it goes, so that a tick on a wheel asks no further
+        if self.response * way_m > Self::YIELDS_M {
+            let [begin_m, end_m] = [from_m, self.centre_m].map(|at| hypot(at.x, at.y));
+            let deeper_m = match self.side {
+                Side::Outside => begin_m - end_m,
+                Side::Inside => end_m - begin_m,
+            };
+            parts = parts.max(self.response * deeper_m / Self::YIELDS_M);
+        }
+        let parts = libm::ceilf(parts);
         if parts.is_finite() { (parts as u32).clamp(1, Self::PARTS_MAX) } else { 1 }
     }
 

@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 use std::time::Instant;
 
 use glam::Vec3;
-use pottery_shared::clay::{ErrorBound, Lathe, MethodKind, PlasticCsem, Pot, Press, SubStep, Surface};
+use pottery_shared::clay::{ErrorBound, Lathe, MethodKind, PlasticCsem, Pot, PotSpec, Press, SubStep, Surface};
 use pottery_shared::tool::Sphere;
 use pottery_shared::units::Tick;
 
@@ -23,8 +23,6 @@ use crate::dent::{Dent, DentError};
 
 /// Depth of the tool, mm.
 const DEPTH_MM: f32 = 2.0;
-/// What the core's estimate has for that depth in a pot of 60 mm, percent.
-const DEEP_PERCENT: f64 = 110.0 / 900.0;
 /// Turns in which the tool comes in, and in which it goes along.
 const TURNS_IN: u32 = 6;
 const TURNS: u32 = 14;
@@ -197,8 +195,10 @@ pub(super) fn picture(figures: &Figures) -> Canvas {
         Panel::new(&canvas, left, "error made", x(), Axis::log("RMS error, % of depth", errors)),
         Panel::new(&canvas, right, "time saved", x(), Axis::log("time on the grid over time as a profile", saved)),
     ];
-    let theory: Vec<[f64; 2]> =
-        (1..=60).map(|part| f64::from(part) * 0.01).map(|p| [p, 44.0 * p * p + DEEP_PERCENT]).collect();
+    let [cusps, deep] = [Lathe::CUSPS, Lathe::DEEP].map(|share| 100.0 * f64::from(share));
+    let depth = f64::from(DEPTH_MM / PotSpec::default().radius.as_mm());
+    let estimate = |p: f64| [p, cusps * p * p + deep * depth * depth];
+    let theory: Vec<[f64; 2]> = (1..=60).map(|part| estimate(f64::from(part) * 0.01)).collect();
     panels[0].line(&theory, INK, 2.0);
     panels[0].dashed(&[[1e-9, 1.0], [1e9, 1.0]], FRAME, 1.5);
     for (look, rpm) in looks() {

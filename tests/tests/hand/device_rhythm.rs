@@ -175,7 +175,9 @@ fn coupling_is_tuned_to_how_often_a_device_answers_and_too_seldom_is_not_at_all(
     // a busy machine may be silent in between
     let is_late =
         |device: &DrivenDevice| device.monitor().notice().is_some_and(|said| said.contains("late again and again"));
-    until("the mouse works, and it is said why", &|device, is_held| is_mouse(device, is_held) && is_late(device));
+    let (_, monitor) = until("the mouse works", &is_mouse);
+    assert!(monitor.notice().unwrap().contains("the mouse works"));
+    until("it is late and the mouse works", &|device, is_held| is_mouse(device, is_held) && is_late(device));
     metronome.every_ms.store(1, Ordering::Relaxed);
     let (setup, monitor) = until("it is in hand again", &|device, is_held| is_held && !is_mouse(device, is_held));
     assert!(setup.delay.0 < ROUND.0 + 16e-3 && monitor.notice().is_none(), "{setup:?}");
