@@ -35,9 +35,10 @@ const BOW_MAX: f64 = 0.5;
 const PUSHED: f64 = 4.0;
 
 /// Power with which a load is taken to rise with what is left of the depth before two looks have told, and the least and the most it is
-/// taken for. Clay that has taken the tool's shape bears nearly as much whatever is left.
+/// taken for. Clay that has taken the tool's shape bears nearly as much whatever is left; what is left of a wall between two tools touches all of them at
+/// once.
 const POWER: f64 = 4.0 / 3.0;
-const POWERS: [f64; 2] = [0.1, 2.0];
+const POWERS: [f64; 2] = [0.1, 4.0];
 /// What a tool is taken to bear where nothing was seen of what it should, over that.
 const MISSED: f64 = 0.1;
 /// Power of the thickness with which a shell gives way less: from 1.8 to 2.5 for pots of 40 to 90 mm and walls of 8 to 2 mm by our own shell
@@ -47,6 +48,8 @@ const STIFFER: f32 = 2.2;
 /// less than that share of the largest load.
 const SWINGS: f64 = 0.25;
 const FAR: f64 = 0.05;
+/// Least share of the way to what a balance says that is gone: with less a tool stands still while others still swing.
+const SHARE_MIN: f64 = 0.05;
 /// Looks that are nearer to each other than this share tell no power.
 const NEAR: f64 = 1e-3;
 
@@ -91,6 +94,8 @@ impl Standing {
 struct At {
     standing: Standing,
     patch_m: f32,
+    /// See [`Joint::spread_m`].
+    spread_m: f32,
     one_sided: f32,
     /// See [`Seen::wider`], of the first look at which it touches: of the contact that is left later a wall would fold the later the less it has
     /// given way, which has two ends.
@@ -285,7 +290,7 @@ impl Joint {
     /// answer at one to a load on another, it finds `L_i = a_i·(p_i − w_i)^m_i` and
     /// `w_i = s_i·(Σ c_ij·s_j·L_j + C_i·α·N_i·(N_i/P_i)⁵)`: a wall folds under `N_i = Σ k_ij·s_j·L_j`, k the cone to which it folds, and where it
     /// stays folded that way already, the last term is less by so much, as far as there is any of it. C and P are the means of what they are under each
-    /// tool alone, by what of its load is borne there: two at one place find it at one place, or what they squeeze would be there twice or not at all.
+    /// tool alone, by what of its load is borne there, and the discs that load the wall are [`Joint::spread_m`]: two at one place find it at one place, or what they squeeze would be there twice or not at all.
     /// `a_i` is what the last look told and `m_i` what the last two did, and the balance is found by Newton's method, until the looks say what the
     /// balance does. Its steps are taken for the load that a wall bears which has given way so far: for how far it gives way under a load, they lead orders of
     /// magnitude beyond where it folds, and come back by a sixth at a time. Where the wall is `x` times as thick as it was made, c goes by `x^−1.1` of either place and P by x².
@@ -342,7 +347,7 @@ impl Joint {
                 if missed_m2 * tool.missed_m2 >= 0.0 {
                     tool.share = (1.5 * tool.share).min(1.0);
                 } else if missed_m2.abs() > SWINGS * tool.missed_m2.abs() || missed_m2.abs() > FAR * most_m2 {
-                    tool.share *= 0.5;
+                    tool.share = f64::max(0.5 * tool.share, SHARE_MIN);
                 }
                 tool.missed_m2 = missed_m2;
                 is_found &= missed_m2.abs() <= CLOSE * most_m2 && (tool.patch_m - patch_m).abs() <= ALIKE * patch_m;
@@ -353,32 +358,48 @@ impl Joint {
         }
     }
 
-    /// How the clay between a tool and those against it is held, see [`GivenWay::layer_per_m`]: what is farther from it along the wall than the wall is
-    /// thick does not hold it, what is nearer does by `(1 − (d/t)²)²` of its load.
+    /// How near another is to a tool along the wall: `(1 − (d/t)²)²`, and nothing where it is farther than the wall is thick there.
+    fn near(bending: &WallBending, one: &At, other: &At) -> f32 {
+        let thick_m = bending.wall_m() * one.standing.thickness;
+        let away = bending.distance_m(one.standing.place(), other.standing.place()) / thick_m;
+        let near = (1.0 - away * away).max(0.0);
+        near * near
+    }
+
+    /// How the clay between a tool and those against it is held, see [`GivenWay::layer_per_m`]: what is near it does, by so much of its load as it is near.
     fn layer_per_m(&self, bending: &WallBending, number: usize) -> f32 {
         let one = &self.tools[number];
-        let thick_m = bending.wall_m() * one.standing.thickness;
         let against = self.tools.iter().filter(|other| other.standing.sign != one.standing.sign);
-        let held_m2: f64 = against
-            .map(|other| {
-                let away = bending.distance_m(one.standing.place(), other.standing.place()) / thick_m;
-                let near = (1.0 - away * away).max(0.0);
-                f64::from(near * near) * other.load_m2
-            })
-            .sum();
+        let held_m2: f64 = against.map(|other| f64::from(Self::near(bending, one, other)) * other.load_m2).sum();
         let share = if held_m2 < one.load_m2 { (held_m2 / one.load_m2) as f32 } else { f32::from(held_m2 > 0.0) };
-        share / (0.5 * thick_m)
+        share / (0.5 * bending.wall_m() * one.standing.thickness)
+    }
+
+    /// Radius of the disc on which a tool and those near it load the wall, m: the mean of their contacts', by their loads. Between two that
+    /// squeeze it, each on a disc of its own, it would bend by more than what of them is left in the clay.
+    fn spread_m(&self, bending: &WallBending, number: usize) -> f32 {
+        let one = &self.tools[number];
+        let (mut off, mut all_m2) = (0.0, 0.0);
+        for other in &self.tools {
+            let load_m2 = Self::near(bending, one, other) * other.load_m2 as f32;
+            all_m2 += load_m2;
+            off += load_m2 * (other.patch_m - one.patch_m);
+        }
+        if all_m2 > 0.0 { one.patch_m + off / all_m2 } else { one.patch_m }
     }
 
     /// Looks up how the wall answers between all of them.
     fn answers(&mut self, bending: &WallBending) {
+        for number in 0..self.tools.len() {
+            self.tools[number].spread_m = self.spread_m(bending, number);
+        }
         let Self { tools, between_per_m, folding, .. } = self;
         between_per_m.clear();
         folding.clear();
         for (row, one) in tools.iter().enumerate() {
             for (column, other) in tools.iter().enumerate() {
                 let [at, from] = [one, other].map(|tool| tool.standing.place());
-                let patch_m = one.patch_m.max(other.patch_m);
+                let patch_m = one.spread_m.max(other.spread_m);
                 let per_m = if row == column {
                     bending.compliance(one.standing.z_m, patch_m)
                 } else {
