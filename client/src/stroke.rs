@@ -98,11 +98,19 @@ pub enum SampleError {
     },
 }
 
+/// What is in the way of a file.
+fn unread(source: &io::Error) -> String {
+    if source.kind() == io::ErrorKind::InvalidData {
+        return "it is no text; choose a file of comma-separated lines, such as --record writes".into();
+    }
+    source.to_string()
+}
+
 /// Why a stroke cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum StrokeError {
     /// The file cannot be opened or is no text; check its name.
-    #[error("cannot read the stroke {}: {source}", path.display())]
+    #[error("cannot read the stroke {}: {}", path.display(), unread(source))]
     File {
         /// The file.
         path: PathBuf,

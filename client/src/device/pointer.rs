@@ -3,7 +3,7 @@
 //! The window says where the tool should be, at the picture's rate; the device glides there at the hand's rate, so that
 //! a jump of the pointer is a fast movement and not a jump of the tool.
 //! Invariant: the tool moves no faster than [`SPEED_MAX_M_S`], and on its way comes no nearer to the axis than the nearer of
-//! its ends: it goes round a pot and not through it.
+//! its ends: it goes round a pot and not through it. Another tool is taken up where it is to be, since where the one before was it may reach into clay.
 
 use glam::{Vec2, Vec3};
 use pottery_shared::haptics::{DeviceSpecs, Setup};
@@ -34,6 +34,7 @@ pub struct Pointer {
 #[derive(Debug)]
 pub struct PointerDevice {
     asked: triple_buffer::Output<Pointer>,
+    tool: Tool,
     at: Option<(f64, Vec3, Orientation)>,
 }
 
@@ -41,7 +42,7 @@ pub struct PointerDevice {
 #[must_use]
 pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
     let (input, asked) = triple_buffer::TripleBuffer::new(&Pointer::default()).split();
-    (input, PointerDevice { asked, at: None })
+    (input, PointerDevice { asked, tool: Tool::default(), at: None })
 }
 
 impl PointerDevice {
@@ -69,8 +70,9 @@ fn glided(from_m: Vec3, to_m: Vec3, share: f32, most_m: f32) -> Vec3 {
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
         self.asked.update();
-        let Pointer { target_m, orientation, .. } = *self.asked.output_buffer();
-        let Some(target) = target_m else {
+        let Pointer { target_m, tool, orientation } = *self.asked.output_buffer();
+        let is_same = std::mem::replace(&mut self.tool, tool) == tool;
+        let Some(target) = target_m.filter(|_| is_same || self.at.is_none()) else {
             self.at = None;
             return None;
         };
@@ -103,5 +105,29 @@ impl Device for PointerDevice {
     /// force moves the tool instead of the hand.
     fn setup(&self, share_of_small: f32) -> Setup {
         Setup { yields_m_n: YIELDS_M_N, ..Setup::for_device(self.specs(), 0.5 * share_of_small) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pottery_shared::tool::Shape;
+
+    use super::*;
+
+    #[test]
+    fn another_tool_is_put_down_and_taken_up_where_it_is_to_be() {
+        let (mut asked, mut device) = pointer();
+        let [near_m, far_m] = [0.076, 0.086].map(|away_m| Vec3::new(away_m, 0.0, 0.1));
+        let mut hold = |tool: Tool, target_m: Vec3, millis: u32| {
+            asked.write(Pointer { target_m: Some(target_m), tool, ..Pointer::default() });
+            (device.position(f64::from(millis) * 1e-3), device.tool())
+        };
+        let rib = Tool::Convex(Shape::RIB);
+        assert_eq!(hold(Tool::default(), near_m, 1), (Some(near_m), Tool::default()));
+        assert_eq!(hold(rib, far_m, 2), (None, rib));
+        assert_eq!(hold(rib, far_m, 3), (Some(far_m), rib));
+        // the same one glides
+        let (Some(at_m), _) = hold(rib, near_m, 4) else { panic!("it is in the hand") };
+        assert!(at_m.x < far_m.x && at_m.x > near_m.x, "{at_m}");
     }
 }

@@ -24,6 +24,14 @@ struct Side {
     inner: Vec<Place>,
 }
 
+impl Side {
+    /// How thick the wall is over the floor, row by row, mm.
+    fn walls_mm(&self) -> impl Iterator<Item = f32> {
+        let beside = self.outer.iter().rev().zip(self.inner.iter().rev());
+        beside.map(|([outer_mm, _], [inner_mm, _])| (outer_mm - inner_mm).abs())
+    }
+}
+
 /// The walls in one column, on the side of the axis that `sign` says.
 fn side(pot: &Pot, column: u32, sign: f32) -> Side {
     let floor = floor_row(pot);
@@ -55,6 +63,9 @@ pub(super) fn drawing(pot: &Pot) -> String {
     let (right, left) = (side(pot, 0, 1.0), side(pot, columns / 2, -1.0));
     let height_mm = Metres(pot.surfaces()[0].height_m()).as_mm();
     let widest_mm = [&right, &left].iter().flat_map(|side| &side.outer).map(|[x, _]| x.abs()).fold(0.0, f32::max);
+    let walls_mm = [&right, &left].into_iter().flat_map(Side::walls_mm);
+    let (thinnest_mm, thickest_mm) =
+        walls_mm.fold((f32::INFINITY, 0.0_f32), |(least, most), wall_mm| (least.min(wall_mm), most.max(wall_mm)));
     let (half_mm, below_mm) = (widest_mm.max(0.5 * BAR_MM) + MARGIN_MM, height_mm + SCALE_MM + MARGIN_MM);
     let (width, height) = (2.0 * half_mm, below_mm + MARGIN_MM);
     let clay = left.outer.iter().chain(left.inner.iter().rev()).chain(&right.inner).chain(right.outer.iter().rev());
@@ -63,10 +74,8 @@ pub(super) fn drawing(pot: &Pot) -> String {
     let outer = path(left.outer.iter().rev().chain(&right.outer), height_mm);
     let inner = path(left.inner.iter().rev().chain(&right.inner), height_mm);
     let title = format!(
-        "Section of a pot, {:.1} mm high, {:.1} mm wide at most, wall {:.1} mm",
-        height_mm,
-        2.0 * widest_mm,
-        pot.spec().wall.as_mm()
+        "Section of a pot, {height_mm:.1} mm high, {:.1} mm wide at most, wall {thinnest_mm:.1} to {thickest_mm:.1} mm",
+        2.0 * widest_mm
     );
     let scale = scale(height_mm + SCALE_MM);
     format!(

@@ -68,7 +68,7 @@ const EXAMPLES: &str = "Examples:
   pottery-studio join 192.168.1.20 --code K7QM-3XPD --tool-file mine.stl
                                                          bring a tool of your own, for everybody at the wheel
 
-Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose edge faces the pot wherever they are. A
+Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose edge faces the pot wherever they are, inside their back. A
 tool file is STL or OBJ in millimetres: one closed convex solid of at most 20,480 triangles; x points away from the axis.
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,

@@ -19,7 +19,8 @@ const LOOKS_MAX: u32 = 24;
 /// Difference between what the wall bears and what is on it at which both are taken as one, over the largest of the loads; it bounds the
 /// error of the force.
 const CLOSE: f64 = 1.0 / 400.0;
-/// Share by which a contact's radius may then differ from the one that the wall has bowed under: two loads may be as one by chance.
+/// Share by which a contact's radius may then differ from the one that the wall has bowed under, and how the clay is held from how it will be: two loads may be as one by
+/// chance.
 const ALIKE: f32 = 0.02;
 /// Newton's steps of one balance, at most, and halvings of one of them.
 const STEPS_MAX: u32 = 24;
@@ -328,13 +329,14 @@ impl Joint {
         for _ in 1..LOOKS_MAX {
             self.answers(bending);
             self.balance();
+            let mut is_found = true;
             for number in 0..self.tools.len() {
                 let now = self.layer_per_m(bending, number);
                 let tool = &mut self.tools[number];
                 tool.layer_per_m += tool.share as f32 * (now - tool.layer_per_m);
+                is_found &= (tool.layer_per_m - now).abs() <= ALIKE * now;
             }
             let most_m2 = self.tools.iter().map(|tool| tool.load_m2).fold(0.0, f64::max);
-            let mut is_found = true;
             for tool in &mut self.tools {
                 tool.approach();
                 let way = tool.way(bending);

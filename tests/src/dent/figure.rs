@@ -211,7 +211,9 @@ impl fmt::Display for Rounded {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = self.0;
         let (digits, power) = if value == 0.0 || !value.is_finite() || (1e-3..1e7).contains(&value.abs()) {
-            (format!("{value:.3}"), None)
+            // of a large one no more than it tells
+            let places = (6.0 - value.abs().max(1.0).log10().floor()).min(3.0) as usize;
+            (format!("{value:.places$}"), None)
         } else {
             let text = format!("{value:.3e}");
             text.split_once('e').map_or((text.clone(), None), |(digits, power)| (digits.into(), Some(power.to_owned())))
@@ -239,7 +241,8 @@ mod tests {
             (1e-9, "1e-9"),
             (1.234_567e-8, "1.235e-8"),
             (1_000_000_060.0, "1e9"),
-            (1_000_000.0, "1000000"),
+            (1_000_000.06, "1000000"),
+            (100_000.008, "100000"),
             (f32::INFINITY, "inf"),
             (f32::NAN, "NaN"),
         ];

@@ -280,7 +280,9 @@ impl Plan {
         within("used_wheels", f64::from(self.used()), 1.0, f64::from(self.wheels))?;
         within("potters", f64::from(self.potters), 0.0, f64::from(Self::POTTERS_MAX))?;
         within("spectators", f64::from(self.spectators), 0.0, people_max)?;
-        within("potters and spectators", f64::from(self.potters) + f64::from(self.spectators), 0.0, people_max)?;
+        // of nobody there is nothing to measure, but how strangers are sent away
+        let people_min = f64::from(u8::from(self.strangers_per_s == 0));
+        within("potters and spectators", f64::from(self.people()), people_min, people_max)?;
         within("full_potters", f64::from(self.full_potters), 0.0, f64::from(Self::FULL_POTTERS_MAX))?;
         within("ramp_s", self.ramp_s, 0.0, 3600.0)?;
         within("warmup_s", self.warmup_s, 0.0, 3600.0)?;

@@ -161,8 +161,9 @@ proptest! {
                 let contact = one.advance(&mut alone, &[press], method, |_, window| windows.push(window))[0];
                 let contacts = other.advance(&mut twice, &[press; 2], method, |_, window| other_windows.push(window));
                 prop_assert_eq!(contacts, [contact; 2], "{:?}", method);
-                // what presses in parts is told of the last of them
-                prop_assert!(windows.len() > 1 || felt == contact, "{method:?}: {felt:?} felt, {contact:?} pressed");
+                // what presses in parts is told of the last of them, which may find nothing where those before have left none
+                let is_in_parts = windows.len() > 1 || (press.from_m.is_some() && contact.elements == 0);
+                prop_assert!(is_in_parts || felt == contact, "{method:?}: {felt:?} felt, {contact:?} pressed");
                 windows.dedup();
                 other_windows.dedup();
                 prop_assert_eq!(windows, other_windows, "{:?}", method);

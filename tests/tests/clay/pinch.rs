@@ -130,24 +130,33 @@ fn a_wall_that_is_pressed_on_against_a_finger_goes_on_bearing() {
 
 #[test]
 fn a_wall_held_between_ball_and_finger_bears_the_more_the_deeper_down_to_the_thinnest() {
-    for wall_mm in [3.0, 4.0, 5.0, 6.0, 8.0] {
+    // wall, ball and finger, mm
+    let scenes = [
+        [3.0, 12.0, 15.0],
+        [4.0, 12.0, 15.0],
+        [5.0, 12.0, 15.0],
+        [5.0, 20.0, 12.0],
+        [6.0, 16.0, 10.0],
+        [8.0, 12.0, 15.0],
+    ];
+    for scene @ [wall_mm, tool_mm, finger_mm] in scenes {
         let pot = PotSpec { wall: Metres::from_mm(wall_mm), support: Support::Hollow, ..PotSpec::default() };
         let reference = reference_dent(GridShape::PAPER, 1.0, false);
-        let dent = Dent { pot, tool: Metres::from_mm(12.0), finger: Some(Metres::from_mm(15.0)), ..reference };
+        let dent = Dent { pot, tool: Metres::from_mm(tool_mm), finger: Some(Metres::from_mm(finger_mm)), ..reference };
         let mut pressing = Pressing::new(dent, Seconds(1e-3)).unwrap();
         let (mut held_n, mut before_um) = (Vec::new(), 0);
         for depth_um in
-            (1..).map(|quarter| 250 * quarter).take_while(|&depth_um| depth_um as f32 <= 1e3 * wall_mm - 1e3)
+            (1..).map(|twentieth| 50 * twentieth).take_while(|&depth_um| depth_um as f32 <= 1e3 * wall_mm - 1e3)
         {
             for um in (before_um..depth_um).step_by(10) {
                 pressing.step(0.0, (um + 10) as f32 * 1e-6, 0.1, 0);
             }
-            let forces_n = [0; 120].map(|_| pressing.step(0.0, depth_um as f32 * 1e-6, 0.1, 0));
-            held_n.push(forces_n[119]);
+            let forces_n = [0; 60].map(|_| pressing.step(0.0, depth_um as f32 * 1e-6, 0.1, 0));
+            held_n.push(forces_n[59]);
             before_um = depth_um;
         }
-        println!("a wall of {wall_mm} mm, every 0.25 mm: {held_n:.2?} N");
-        assert!(held_n.is_sorted_by(|before_n, now_n| *now_n > 0.99 * before_n), "{wall_mm} mm: {held_n:?} N");
+        println!("{scene:?}, every 0.05 mm: {held_n:.2?} N");
+        assert!(held_n.is_sorted_by(|before_n, now_n| *now_n > 0.99 * before_n), "{scene:?}: {held_n:?} N");
     }
 }
 

@@ -56,7 +56,8 @@ fn is_heard(server: &PulseTwin, controls: &Controls<'_>) {
 }
 
 fn close(display: &Display, mut studio: Child) {
-    display.run("xdotool", &["key", "Escape"]);
+    // once more where a pot that was pressed is in no file
+    display.run("xdotool", &["key", "Escape", "key", "Escape"]);
     studio.wait().expect("the studio ends");
 }
 

@@ -49,32 +49,33 @@ pub(crate) struct DentFlags {
     /// Radius of the tool, 0.5 to 40 and at most the pot's; the grid should have four elements to it
     #[arg(long, default_value_t = 12.0, value_parser = number)]
     tool_radius_mm: f32,
-    /// Travel of the tool from first touch, at most a third of the pot's radius, and of a backed pot at most the wall
+    /// Travel of the tool from first touch, at most a third of the pot's radius, in a backed pot at most the wall, and against a finger a millimetre less
+    /// than the wall
     #[arg(long, default_value_t = 2.0, value_parser = number)]
     depth_mm: f32,
     /// What stands behind the wall
     #[arg(long, value_enum, default_value_t = SupportName::Backed)]
     support: SupportName,
-    /// Hold a ball of this radius inside of the wall, opposite the tool: in a hollow pot, by our method
+    /// Hold a ball of this radius inside of the wall, opposite the tool: in a hollow pot, by our method; 0.5 to 40, and no wider than the pot has room for
     #[arg(long, value_parser = number)]
     finger_mm: Option<f32>,
-    /// Columns x rows
+    /// Columns x rows: 8 to 4096 columns, 4 to 4096 rows, 4,194,304 elements at most. A groove on a turning wheel needs 360x400
     #[arg(long, default_value = "360x400", value_parser = grid)]
     grid: GridShape,
     /// Young's modulus of the clay, 0.01 to 100 [default: 2]
     #[arg(long, value_parser = number)]
     youngs_mpa: Option<f32>,
-    /// Its yield stress, 0.3 to 1000 [default: 40]
+    /// Its yield stress, 0.3 to 1000 and at most Young's modulus [default: 40]
     #[arg(long, value_parser = number)]
     yield_kpa: Option<f32>,
     /// Take the tool away before the surface is read
     #[arg(long)]
     release: bool,
-    /// Go round the pot after the press, at this speed, up to 3000. Clay of our method knows no rate then, as the reference's knows none; to a
+    /// Go round the pot after the press, at this speed, up to 3000, for so many --turns. Clay of our method knows no rate then, as the reference's knows none; to a
     /// tool that goes along it at less than 40 mm/s it is one that hardly slides
     #[arg(long, requires = "turns", value_parser = number)]
     rpm: Option<f32>,
-    /// Go along the axis by so much a turn, and by no more than half of the height in all [default: 0]
+    /// Go along the axis by so much a turn, towards the foot for less than nothing, and by no more than half of the height in all [default: 0]
     #[arg(long, requires = "rpm", allow_hyphen_values = true, value_parser = number)]
     feed_mm_per_rev: Option<f32>,
     /// How often to go round: a millisecond at least, and an hour at most. After whole turns without a feed the tool is at the dent in which it began,

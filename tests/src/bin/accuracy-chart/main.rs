@@ -30,8 +30,8 @@ Examples:
       what stays of one press, as theta_rad,z_mm,u_r_mm of every element
   accuracy-chart dent --method improved --rpm 60 --feed-mm-per-rev 3 --turns 2 --out groove.csv
       the same after two turns of the wheel
-  accuracy-chart dent --method ours --rpm 180 --feed-mm-per-rev 1 --turns 40 --profile 0.5 --out groove.csv
-      a groove along a fast wheel, which is advanced as a profile wherever that is within half a percent of the depth
+  accuracy-chart dent --method ours --rpm 600 --feed-mm-per-rev 0.5 --turns 60 --profile --out groove.csv
+      a groove along a fast wheel, which is advanced as a profile wherever that is within a percent of the depth
   accuracy-chart failures --out failures
       which method kicks, sinks, loses clay or breaks, and by how much
   accuracy-chart stability --out stability
