@@ -1,7 +1,6 @@
 //! A host's window that is closed while its pot is in no file.
 //!
 //! A real window on a virtual display, and a mouse that presses.
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::time::{Duration, Instant};
