@@ -76,8 +76,7 @@ fn the_force_of_a_hand_is_shown_and_ends_with_one_key_while_the_session_goes_on(
         std::thread::sleep(Duration::from_millis(50));
     }
     assert!(force_n(&controls).is_some(), "{:#?}", controls.all());
-    // and once more, since the pot is in no file
-    display.run("xdotool", &["key", "Escape", "key", "Escape"]);
+    key("Escape");
     studio.wait().expect("the studio ends");
 }
 

@@ -7,7 +7,6 @@ mod force;
 mod gallery;
 mod guided;
 mod keys;
-mod leaving;
 mod looking_on;
 mod picture;
 mod preferences;

@@ -233,9 +233,8 @@ impl<'a> Studio<'a> {
         self.display.run("xdotool", &["mousemove", "140", "672"]);
     }
 
-    /// Leaves, and once more where the pot that is not saved is in the way.
     fn close(mut self) {
-        self.display.run("xdotool", &["key", "Escape", "key", "Escape"]);
+        self.display.run("xdotool", &["key", "Escape"]);
         let deadline = Instant::now() + PATIENCE;
         while self.child.try_wait().unwrap().is_none() {
             assert!(Instant::now() < deadline, "the studio does not close");

@@ -56,8 +56,7 @@ fn is_heard(server: &PulseTwin, controls: &Controls<'_>) {
 }
 
 fn close(display: &Display, mut studio: Child) {
-    // once more where a pot that was pressed is in no file
-    display.run("xdotool", &["key", "Escape", "key", "Escape"]);
+    display.run("xdotool", &["key", "Escape"]);
     studio.wait().expect("the studio ends");
 }
 

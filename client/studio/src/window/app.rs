@@ -429,9 +429,6 @@ impl App {
         let late_percent = 100.0 * status.late_ticks() as f32 / status.ticks().max(1) as f32;
         let mut view = self.potter.view().lock();
         self.panel.rack = view.rack.len();
-        if view.is_whole {
-            self.files.begin(|| view.pot.digest());
-        }
         self.panel.history.hear(&mut view);
         self.panel.guidance.hear(&mut view, status, &self.panel.words);
         self.panel.class.hear(&mut view, self.potter.tick());
@@ -471,14 +468,12 @@ impl App {
             (Link::Closed, _) => Some(self.panel.words.say("closed")),
             (Link::ComingBack(_), _) => Some(self.panel.words.say("coming-back")),
             (Link::Lost(reason), _) => Some(reason.clone()),
-            (Link::Open, fault) => self
-                .refusal
-                .as_ref()
-                .map(|(_, reason)| reason.clone())
-                .or_else(|| monitor.and_then(|monitor| monitor.notice()))
+            (Link::Open, fault) => monitor
+                .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))
                 .or_else(|| self.panel.is_force_off.then(|| self.panel.words.say("force-is-off")))
                 .or_else(|| self.panel.class.held().map(|held| self.panel.words.say(held)))
+                .or_else(|| self.refusal.as_ref().map(|(_, reason)| reason.clone()))
                 .or_else(|| self.keeper.trouble(&self.panel.words)),
         };
         // what somebody else set shows here, unless the own wish is still on its way
@@ -541,7 +536,7 @@ impl App {
         overlay.enlarge(&stage.window, f32::from(self.panel.liking.text_percent) / 100.0);
         self.files.pass(|| {
             let view = self.potter.view().lock();
-            (PotFile::of(&view.pot, &view.conditions, self.potter.tick()), view.pot.digest())
+            PotFile::of(&view.pot, &view.conditions, self.potter.tick())
         });
         // in the middle of what the panel leaves free, unless that is too little for a pot
         self.camera.aside_ndc = if self.panel.covers < COVERS_MAX { self.panel.covers } else { 0.0 };
@@ -629,7 +624,7 @@ impl ApplicationHandler<Call> for App {
             self.is_dirty = true;
         }
         match event {
-            WindowEvent::CloseRequested => self.leave(event_loop),
+            WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => {
                 if let Some(stage) = &mut self.stage {
                     stage.resize(size.width, size.height);

@@ -1,13 +1,12 @@
 //! Saving, exporting and opening from the window: which file, the controls for it, and what came of it.
 //!
 //! Owns the thread that reads and writes; the pot is copied for it, so that the picture goes on meanwhile.
-//! Invariant: one file is read or written at a time, none that was there before is written without being asked twice, none is given
-//! up when the window closes, and no pot that is in none is without being asked twice.
+//! Invariant: one file is read or written at a time, none that was there before is written without being asked twice, and none is given
+//! up when the window closes.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 use egui::RichText;
 use pottery_client::export::{Format, export};
@@ -17,9 +16,6 @@ use pottery_shared::session::fitted;
 use pottery_shared::snapshot::PotRecord;
 
 use crate::words::{Language, Words};
-
-/// How long whoever was told that the pot is not saved is taken to know it.
-const KNOWN_FOR: Duration = Duration::from_secs(10);
 
 /// What the person asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,11 +71,6 @@ pub(super) struct Files {
     replaceable: Vec<PathBuf>,
     /// A pot that was read and is to be put on the wheel.
     opened: Option<Arc<PotRecord>>,
-    /// Digests of the pot that nobody would miss, since it is in a file or was there at first, and of the one that is being saved.
-    kept: Option<u64>,
-    saving: Option<u64>,
-    /// When the person was told that the pot is not saved.
-    told_at: Option<Instant>,
 }
 
 impl Files {
@@ -94,21 +85,7 @@ impl Files {
             outcome: None,
             replaceable: opened.map(Path::to_path_buf).into_iter().collect(),
             opened: None,
-            kept: None,
-            saving: None,
-            told_at: None,
         }
-    }
-
-    /// Notes the pot that is on the wheel when the window opens, by its digest; once.
-    pub(super) fn begin(&mut self, digest: impl FnOnce() -> u64) {
-        self.kept.get_or_insert_with(digest);
-    }
-
-    /// Whether the person is to be told first that the pot on the wheel, by its digest, is in no file; once within ten seconds.
-    pub(super) fn asks_before_leaving(&mut self, digest: u64) -> bool {
-        let is_known = self.told_at.replace(Instant::now()).is_some_and(|at| at.elapsed() < KNOWN_FOR);
-        !is_known && ![self.kept, self.saving].contains(&Some(digest))
     }
 
     /// The pot file that is named, as it would be opened.
@@ -167,8 +144,8 @@ impl Files {
         ui.label(said.small());
     }
 
-    /// Takes in what came of the last wish and begins with the next; `take` copies the pot, and tells its digest.
-    pub(super) fn pass(&mut self, take: impl FnOnce() -> (PotFile, u64)) {
+    /// Takes in what came of the last wish and begins with the next; `take` copies the pot.
+    pub(super) fn pass(&mut self, take: impl FnOnce() -> PotFile) {
         if self.working.as_ref().is_some_and(JoinHandle::is_finished) {
             self.wait();
         }
@@ -185,8 +162,7 @@ impl Files {
         if wish != Wish::Open {
             self.replaceable.push(path.clone());
         }
-        let (pot, digest) = take();
-        self.saving = (wish == Wish::Save).then_some(digest);
+        let pot = take();
         let working = std::thread::Builder::new().name("files".into()).spawn(move || work(wish, &pot, &path));
         match working {
             Ok(thread) => self.working = Some(thread),
@@ -208,15 +184,9 @@ impl Files {
     fn wait(&mut self) {
         if let Some(thread) = self.working.take() {
             let outcome = thread.join().unwrap_or(Outcome::Lost);
-            let saved = self.saving.take();
-            match &outcome {
-                Outcome::Opened(path, record) => {
-                    self.replaceable.push(path.clone());
-                    self.kept = Some(record.pot().digest());
-                    self.opened = Some(Arc::clone(record));
-                }
-                Outcome::Written(_) => self.kept = saved.or(self.kept),
-                _ => {}
+            if let Outcome::Opened(path, record) = &outcome {
+                self.replaceable.push(path.clone());
+                self.opened = Some(Arc::clone(record));
             }
             self.outcome = Some(outcome);
         }

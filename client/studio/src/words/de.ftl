@@ -120,7 +120,6 @@ not-heard = die Werkstatt hört dieses Programm nicht mehr
 coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Platz …
 closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück
-not-saved = dieser Topf ist nicht gespeichert: Strg + S speichert ihn, Esc noch einmal geht ohne ihn
 
 ## Die Hand der Lehrperson
 

@@ -120,7 +120,6 @@ not-heard = the studio does not hear this client any more
 coming-back = the connection broke; coming back to your seat …
 closed = the studio has closed; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back
-not-saved = this pot is not saved: Ctrl + S saves it, Esc once more leaves without it
 
 ## A teacher's hand
 

@@ -3,8 +3,6 @@
 //! Owns which key does what; what is done is the hand's, the panel's and the camera's.
 //! Invariant: every key here stands in the table of keys.
 
-use std::time::Instant;
-
 use glam::Vec2;
 use pottery_client::render::Camera;
 use winit::event::{KeyEvent, Touch};
@@ -100,16 +98,6 @@ impl App {
             self.panel.shows_help = false;
         } else if self.panel.fitting.is_some() {
             self.answer_fitting(Answer::Leave);
-        } else {
-            self.leave(event_loop);
-        }
-    }
-
-    /// Leaves; whoever hosts is told first where the pot, which goes with the studio, is in no file.
-    pub(super) fn leave(&mut self, event_loop: &ActiveEventLoop) {
-        let digest = self.potter.view().lock().pot.digest();
-        if self.invitation.is_some() && self.files.asks_before_leaving(digest) {
-            self.refusal = Some((Instant::now(), self.panel.words.say("not-saved")));
         } else {
             event_loop.exit();
         }
