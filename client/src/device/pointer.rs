@@ -34,7 +34,6 @@ pub struct Pointer {
 #[derive(Debug)]
 pub struct PointerDevice {
     asked: triple_buffer::Output<Pointer>,
-    tool: Tool,
     at: Option<(f64, Vec3, Orientation)>,
 }
 
@@ -42,7 +41,7 @@ pub struct PointerDevice {
 #[must_use]
 pub fn pointer() -> (triple_buffer::Input<Pointer>, PointerDevice) {
     let (input, asked) = triple_buffer::TripleBuffer::new(&Pointer::default()).split();
-    (input, PointerDevice { asked, tool: Tool::default(), at: None })
+    (input, PointerDevice { asked, at: None })
 }
 
 impl PointerDevice {
@@ -69,9 +68,10 @@ fn glided(from_m: Vec3, to_m: Vec3, share: f32, most_m: f32) -> Vec3 {
 
 impl Device for PointerDevice {
     fn position(&mut self, seconds: f64) -> Option<Vec3> {
+        let before = self.tool();
         self.asked.update();
         let Pointer { target_m, tool, orientation } = *self.asked.output_buffer();
-        let is_same = std::mem::replace(&mut self.tool, tool) == tool;
+        let is_same = tool == before;
         let Some(target) = target_m.filter(|_| is_same || self.at.is_none()) else {
             self.at = None;
             return None;

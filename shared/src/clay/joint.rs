@@ -264,6 +264,8 @@ pub(super) struct Joint {
     /// How far the wall gives way at one tool's place under another's load, 1/m, and the share of that load by which it folds there.
     between_per_m: Vec<f64>,
     folding: Vec<f64>,
+    /// How near another is to a tool along the wall, `[tools][tools]`: `(1 − (d/t)²)²`, and nothing where it is farther than the wall is thick there.
+    near: Vec<f32>,
     /// Newton's matrix with its right-hand side, `[tools][tools + 1]`.
     system: Vec<f64>,
     /// How firmly the tools pressed before a step, and where the balance was best.
@@ -278,6 +280,7 @@ impl Joint {
             tools: Vec::with_capacity(tools),
             between_per_m: Vec::with_capacity(tools * tools),
             folding: Vec::with_capacity(tools * tools),
+            near: Vec::with_capacity(tools * tools),
             system: Vec::with_capacity(tools * (tools + 1)),
             before: Vec::with_capacity(tools),
             best: Vec::with_capacity(tools),
@@ -360,30 +363,46 @@ impl Joint {
         }
     }
 
-    /// How near another is to a tool along the wall: `(1 − (d/t)²)²`, and nothing where it is farther than the wall is thick there.
-    fn near(bending: &WallBending, one: &At, other: &At) -> f32 {
-        let thick_m = bending.wall_m() * one.standing.thickness;
-        let away = bending.distance_m(one.standing.place(), other.standing.place()) / thick_m;
-        let near = (1.0 - away * away).max(0.0);
-        near * near
+    /// Looks up how near the tools are to each other.
+    fn neighbours(&mut self, bending: &WallBending) {
+        let Self { tools, near, .. } = self;
+        near.clear();
+        for (row, one) in tools.iter().enumerate() {
+            let thick_m = bending.wall_m() * one.standing.thickness;
+            for (column, other) in tools.iter().enumerate() {
+                if row == column {
+                    near.push(1.0);
+                    continue;
+                }
+                let away = bending.distance_m(one.standing.place(), other.standing.place()) / thick_m;
+                let part = (1.0 - away * away).max(0.0);
+                near.push(part * part);
+            }
+        }
+    }
+
+    /// The tools with how near each is to one of them.
+    fn about(&self, number: usize) -> impl Iterator<Item = (&At, f32)> {
+        let count = self.tools.len();
+        self.tools.iter().zip(self.near[number * count..][..count].iter().copied())
     }
 
     /// How the clay between a tool and those against it is held, see [`GivenWay::layer_per_m`]: what is near it does, by so much of its load as it is near.
     fn layer_per_m(&self, bending: &WallBending, number: usize) -> f32 {
         let one = &self.tools[number];
-        let against = self.tools.iter().filter(|other| other.standing.sign != one.standing.sign);
-        let held_m2: f64 = against.map(|other| f64::from(Self::near(bending, one, other)) * other.load_m2).sum();
+        let against = self.about(number).filter(|(other, _)| other.standing.sign != one.standing.sign);
+        let held_m2: f64 = against.map(|(other, near)| f64::from(near) * other.load_m2).sum();
         let share = if held_m2 < one.load_m2 { (held_m2 / one.load_m2) as f32 } else { f32::from(held_m2 > 0.0) };
         share / (0.5 * bending.wall_m() * one.standing.thickness)
     }
 
     /// Radius of the disc on which a tool and those near it load the wall, m: the mean of their contacts', by their loads. Between two that
     /// squeeze it, each on a disc of its own, it would bend by more than what of them is left in the clay.
-    fn spread_m(&self, bending: &WallBending, number: usize) -> f32 {
+    fn spread_m(&self, number: usize) -> f32 {
         let one = &self.tools[number];
         let (mut off, mut all_m2) = (0.0, 0.0);
-        for other in &self.tools {
-            let load_m2 = Self::near(bending, one, other) * other.load_m2 as f32;
+        for (other, near) in self.about(number) {
+            let load_m2 = near * other.load_m2 as f32;
             all_m2 += load_m2;
             off += load_m2 * (other.patch_m - one.patch_m);
         }
@@ -392,8 +411,9 @@ impl Joint {
 
     /// Looks up how the wall answers between all of them.
     fn answers(&mut self, bending: &WallBending) {
+        self.neighbours(bending);
         for number in 0..self.tools.len() {
-            self.tools[number].spread_m = self.spread_m(bending, number);
+            self.tools[number].spread_m = self.spread_m(number);
         }
         let Self { tools, between_per_m, folding, .. } = self;
         between_per_m.clear();
