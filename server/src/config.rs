@@ -50,6 +50,9 @@ pub struct ServerConfig {
     pub record: Option<PathBuf>,
     /// The folder in which pots are kept from one start to the next; none are when absent.
     pub data: Option<PathBuf>,
+    /// The folder in which pots that were pressed are put by while nothing is kept in `data`, for whoever leaves without saving: the next
+    /// start begins with new pots all the same, and has those of the last one under [`last_pot`](crate::last_pot). They are put nowhere when absent.
+    pub spare: Option<PathBuf>,
     /// Whether wheels begin with new pots even so; those that were kept are put aside.
     pub is_fresh: bool,
     /// Whether a new teacher's token takes the place of the one whose hash is kept.
@@ -213,6 +216,7 @@ impl Default for ServerConfig {
             clay: Material::default(),
             record: None,
             data: None,
+            spare: None,
             is_fresh: false,
             renews_teacher: false,
             code_hours: None,

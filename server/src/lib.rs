@@ -41,5 +41,5 @@ pub use lesson::{OrderError, order_of};
 pub use losses::Losses;
 pub use server::{Server, ServerError, Standing};
 pub use signal::stop_signal;
-pub use store::{StoreCounts, StoreError};
+pub use store::{StoreCounts, StoreError, last_pot};
 pub use transport::{address, bind, endpoint, server_config};

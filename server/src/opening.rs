@@ -38,16 +38,20 @@ pub(crate) fn open(
         (None, form) => Some(PotRecord::of(&form.pot(config.pot).map_err(ConfigError::from)?)),
     };
     let asked = record.as_ref().map_or(config.pot, |record| *record.spec());
+    let wheels = usize::from(config.wheels);
+    let (folder, spare) = if config.data.is_some() { (folder, None) } else { (None, folder) };
     let Some(folder) = folder else {
         tell_stiff(&asked, config.method);
         let opened = match &record {
             Some(record) => Room::starting_from(room, record),
             None => Room::new(room),
         };
-        return Ok((opened.map_err(ConfigError::from)?, None));
+        let room = opened.map_err(ConfigError::from)?;
+        let store = spare.map(|folder| Store::put_by(folder, wheels, |wheel| mark(&room, wheel))).transpose()?;
+        return Ok((room, store));
     };
     let path = folder.path().to_path_buf();
-    let (mut store, kept) = Store::open(folder, usize::from(config.wheels), config.is_fresh)?;
+    let (mut store, kept) = Store::open(folder, wheels, config.is_fresh)?;
     let method = kept.iter().flatten().map(PotFile::method).find(|method| *method != config.method);
     let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| (kept.pot().clone(), kept.clay()))).collect();
     if let Some((first, _)) = records.iter().flatten().next() {

@@ -146,7 +146,7 @@ impl Server {
     /// [`ServerError`] saying what is in the way.
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
-        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
+        let folder = Self::folder(&config)?;
         let certificate = config.data.as_deref().map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
@@ -168,8 +168,13 @@ impl Server {
         fingerprint: &[u8; 32],
         config: ServerConfig,
     ) -> Result<Self, ServerError> {
-        let folder = config.data.as_deref().map(Folder::hold).transpose()?;
+        let folder = Self::folder(&config)?;
         Self::open(endpoint, fingerprint, config, folder)
+    }
+
+    /// Holds the folder that pots go to, if they go to one.
+    fn folder(config: &ServerConfig) -> Result<Option<Folder>, StoreError> {
+        config.data.as_deref().or(config.spare.as_deref()).map(Folder::hold).transpose()
     }
 
     fn open(

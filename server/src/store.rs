@@ -1,7 +1,7 @@
-//! Pots that outlast the server: a file for each wheel in a folder, written while people work and read at the next start.
+//! Pots that outlast the server: a file for each wheel in a folder, written while people work and read at the next start, or only put by.
 //!
 //! Owns the folder, when a pot is due and what is said when the disk does not take it; the clay is copied, never held up.
-//! Invariant: a file is replaced whole or not at all, and none is ever thrown away.
+//! Invariant: a file is replaced whole or not at all, and none is ever thrown away but of those put by, of which the last one of each wheel stays.
 
 use std::fs;
 use std::io;
@@ -78,9 +78,22 @@ struct Shelf {
     path: PathBuf,
     /// That of the pot in the file.
     kept: Option<Mark>,
+    /// Digest of the clay that is not worth a file.
+    untouched: Option<u64>,
     /// When it was last looked at.
     looked_at: Duration,
     writing: Option<oneshot::Receiver<Result<Mark, String>>>,
+}
+
+impl Shelf {
+    const fn empty(path: PathBuf) -> Self {
+        Self { path, kept: None, untouched: None, looked_at: Duration::ZERO, writing: None }
+    }
+
+    /// Whether the file is to be written for a pot of that mark.
+    fn lacks(&self, mark: Mark) -> bool {
+        self.kept != Some(mark) && self.untouched != Some(mark.0)
+    }
 }
 
 /// The pots of a room on disk.
@@ -88,7 +101,9 @@ struct Shelf {
 pub(crate) struct Store {
     shelves: Vec<Shelf>,
     /// Nobody else writes there until the last pot is written.
-    _folder: Folder,
+    folder: Folder,
+    /// Whether pots are only put by.
+    is_spare: bool,
     /// The wheel that is looked at next.
     next: usize,
     /// Pots that could not be written, in a row.
@@ -108,6 +123,20 @@ pub struct StoreCounts {
 /// The file of a wheel, numbered from 0.
 fn file(folder: &Path, wheel: usize) -> PathBuf {
     folder.join(format!("wheel-{}.pot", wheel + 1))
+}
+
+/// Where the pot of a wheel, numbered from 0, lies that was put by in a [`spare`](crate::ServerConfig::spare) folder, once its server has ended.
+#[must_use]
+pub fn last_pot(spare: &Path, wheel: usize) -> PathBuf {
+    spare.join(format!("wheel-{}-last.pot", wheel + 1))
+}
+
+/// Has the pot that was put by in a file, if there is one, take the place of the last one.
+fn make_last(path: &Path, last: &Path) -> io::Result<()> {
+    match fs::rename(path, last) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        renamed => renamed,
+    }
 }
 
 /// Gives what stands at a path another name, the first that is free.
@@ -139,10 +168,30 @@ impl Store {
                 true => Some(PotFile::read(&path).map_err(|source| StoreError::Pot { source })?),
                 false => None,
             };
-            shelves.push(Shelf { path, kept: None, looked_at: Duration::ZERO, writing: None });
+            shelves.push(Shelf::empty(path));
             pots.push(pot);
         }
-        Ok((Self { shelves, _folder: folder, next: 0, failures: 0, written: 0 }, pots))
+        Ok((Self { shelves, folder, is_spare: false, next: 0, failures: 0, written: 0 }, pots))
+    }
+
+    /// Opens a folder in which pots are only put by; those from before get the name of [`last_pot`], and clay as it is now is not worth a file.
+    ///
+    /// # Errors
+    /// [`StoreError`] saying what is in the way.
+    pub(crate) fn put_by(
+        folder: Folder,
+        wheels: usize,
+        mark: impl Fn(usize) -> Option<Mark>,
+    ) -> Result<Self, StoreError> {
+        let refused = |source| StoreError::Folder { path: folder.path().to_path_buf(), source };
+        let mut shelves = Vec::new();
+        for wheel in 0..wheels {
+            let path = file(folder.path(), wheel);
+            // of a server that was killed
+            make_last(&path, &last_pot(folder.path(), wheel)).map_err(refused)?;
+            shelves.push(Shelf { untouched: mark(wheel).map(|(digest, _)| digest), ..Shelf::empty(path) });
+        }
+        Ok(Self { shelves, folder, is_spare: true, next: 0, failures: 0, written: 0 })
     }
 
     /// Notes that the pots are as they are on disk, or not worth a file yet.
@@ -186,7 +235,7 @@ impl Store {
         if !is_due || shelf.writing.is_some() {
             return;
         }
-        let Some(mark) = mark(wheel).filter(|mark| shelf.kept != Some(*mark)) else {
+        let Some(mark) = mark(wheel).filter(|mark| shelf.lacks(*mark)) else {
             shelf.looked_at = now;
             return;
         };
@@ -231,7 +280,7 @@ impl Store {
         StoreCounts { written: self.written, failures: self.failures }
     }
 
-    /// Writes all that has changed and waits for it; the sentences of what could not be.
+    /// Writes all that has changed and waits for it, and has what was put by take the place of the last; the sentences of what could not be.
     pub(crate) async fn finish(
         mut self,
         mark: impl Fn(usize) -> Option<Mark>,
@@ -244,14 +293,20 @@ impl Store {
             {
                 shelf.kept = Some(written);
             }
-            if mark(wheel).is_none_or(|mark| shelf.kept == Some(mark)) {
-                continue;
+            let changed = mark(wheel).is_some_and(|mark| shelf.lacks(mark)).then(|| take(wheel)).flatten();
+            if let Some(pot) = changed {
+                let path = shelf.path.clone();
+                match tokio::task::spawn_blocking(move || pot.write(&path)).await {
+                    Ok(Ok(())) => {}
+                    Ok(Err(error)) => troubles.push(error.to_string()),
+                    Err(error) => troubles.push(error.to_string()),
+                }
             }
-            let (Some(pot), path) = (take(wheel), shelf.path.clone()) else { continue };
-            match tokio::task::spawn_blocking(move || pot.write(&path)).await {
-                Ok(Ok(())) => {}
-                Ok(Err(error)) => troubles.push(error.to_string()),
-                Err(error) => troubles.push(error.to_string()),
+            let last = last_pot(self.folder.path(), wheel);
+            if self.is_spare
+                && let Err(error) = make_last(&shelf.path, &last)
+            {
+                troubles.push(format!("{} stays at {} ({error})", last.display(), shelf.path.display()));
             }
         }
         troubles
@@ -323,6 +378,32 @@ mod tests {
             assert!(most <= wheels.div_ceil(LOOKS), "{most} pots are copied at once");
             fs::remove_dir_all(folder).expect("what was made can be removed");
         }
+    }
+
+    #[tokio::test]
+    async fn a_pot_that_was_put_by_is_the_last_one_and_untouched_clay_is_not_put_by() {
+        let folder = std::env::temp_dir().join(format!("pottery-store-spare-{}", std::process::id()));
+        let open = || {
+            let held = Folder::hold(&folder).expect("the folder can be had");
+            Store::put_by(held, 1, |_| Some((1, Material::default()))).expect("its files can be renamed")
+        };
+        let pot = |_| Some(PotFile::of(&Pot::new(PotSpec::default()).ok()?, &Conditions::default(), Tick(0)));
+        let (now, last) = (file(&folder, 0), last_pot(&folder, 0));
+        let is_there = || (now.exists(), last.exists());
+        let mut store = open();
+        assert_eq!(passed(&mut store, 0..100, 2).await, 1);
+        assert_eq!(passed(&mut store, 100..200, 1).await, 0, "a new pot does not take the place of what was pressed");
+        assert_eq!(is_there(), (true, false));
+        // one that was killed
+        drop(store);
+        assert_eq!(passed(&mut open(), 0..100, 1).await, 0);
+        assert_eq!(is_there(), (false, true), "a session in which nobody pressed leaves the last pot where it is");
+        fs::remove_file(&last).expect("it is there");
+        assert!(open().finish(|_| Some((1, Material::default())), pot).await.is_empty());
+        assert_eq!(is_there(), (false, false));
+        assert!(open().finish(|_| Some((2, Material::default())), pot).await.is_empty());
+        assert_eq!(is_there(), (false, true));
+        fs::remove_dir_all(folder).expect("what was written can be removed");
     }
 
     #[tokio::test]

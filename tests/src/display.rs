@@ -75,6 +75,12 @@ impl Display {
         self.settings.join("pottery-studio").join("preferences.toml")
     }
 
+    /// The folder of what the studio keeps besides.
+    #[must_use]
+    pub fn data(&self) -> PathBuf {
+        self.settings.join("pottery-studio")
+    }
+
     /// For `--device`: a simulated hand that presses, up and down the clay, for ten minutes; the studio's own rests after nine seconds.
     ///
     /// # Panics
@@ -121,6 +127,7 @@ impl Display {
             .args(arguments)
             .env("DISPLAY", &self.name)
             .env("XDG_CONFIG_HOME", &self.settings)
+            .env("XDG_DATA_HOME", &self.settings)
             // Mesa takes every core for a picture otherwise, for which windows of other tests wait
             .env("LP_NUM_THREADS", "1")
             .env("LC_ALL", "C.UTF-8")

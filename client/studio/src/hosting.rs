@@ -9,14 +9,19 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use pottery_client::Target;
-use pottery_server::{Server, ServerConfig, Standing};
+use pottery_server::{Server, ServerConfig, ServerError, Standing, StoreError, last_pot};
 use tokio::runtime::Runtime;
+
+/// Windows of one person that host at the same time and put by what is pressed.
+const SPARES_MAX: u32 = 16;
 
 /// A server that lives as long as this value.
 #[derive(Debug)]
 pub(crate) struct Studio {
     runtime: Runtime,
     server: Option<Server>,
+    /// Where it puts by what is pressed.
+    spare: Option<PathBuf>,
     /// The session file that was begun, until it is worth keeping.
     begun: Option<PathBuf>,
 }
@@ -26,8 +31,9 @@ impl Studio {
         let runtime = runtime("server")?;
         // one that is there, which may be a link that leads nowhere, is refused and stays
         let begun = config.record.clone().filter(|path| path.symlink_metadata().is_err());
+        let spare = config.spare.clone();
         match runtime.block_on(async { Server::start(config) }) {
-            Ok(server) => Ok(Self { runtime, server: Some(server), begun }),
+            Ok(server) => Ok(Self { runtime, server: Some(server), spare, begun }),
             Err(error) => {
                 if let Some(path) = &begun {
                     take_away(path);
@@ -35,6 +41,34 @@ impl Studio {
                 Err(error.into())
             }
         }
+    }
+
+    /// Opens it for a window: what is pressed is put by in this person's folder for data, for whoever leaves without saving.
+    pub(crate) fn open_for_window(config: &ServerConfig) -> anyhow::Result<Self> {
+        let folder = dirs::data_dir().map(|folder| folder.join("pottery-studio"));
+        // another window has the first
+        for spare in
+            folder.iter().flat_map(|folder| (1..=SPARES_MAX).map(|number| folder.join(format!("unsaved-{number}"))))
+        {
+            let opened = Self::open(ServerConfig { spare: Some(spare), ..config.clone() });
+            match opened.as_ref().map_err(|error| error.downcast_ref::<ServerError>()) {
+                Err(Some(ServerError::Store(StoreError::Taken { .. }))) => {}
+                Err(Some(ServerError::Store(StoreError::Folder { source, path }))) => {
+                    note!(
+                        "what is pressed is not put by, since the folder {} cannot be used: {source}",
+                        path.display()
+                    );
+                    break;
+                }
+                _ => return opened,
+            }
+        }
+        Self::open(config.clone())
+    }
+
+    /// The pot that was pressed and left in a window before.
+    pub(crate) fn last_pot(&self) -> Option<PathBuf> {
+        self.spare.as_ref().map(|spare| last_pot(spare, 0)).filter(|path| path.exists())
     }
 
     /// Somebody is at the wheel: the session file stays, whatever comes.
@@ -50,6 +84,9 @@ impl Studio {
         let server = self.server.take().expect("the server is taken only when the studio is closed or dropped");
         let losses = self.runtime.block_on(server.stop());
         ensure!(losses.is_none(), "{losses}");
+        if let Some(path) = self.last_pot() {
+            say!("the pot that was pressed last is kept:  {}", path.display());
+        }
         Ok(())
     }
 

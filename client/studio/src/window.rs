@@ -97,7 +97,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     // without it the device is opened when the window is
     let graphics = GpuAhead::begin().ok();
     let mut studio = match &session.place {
-        Place::Hosted(config) => Some(Studio::open((**config).clone())?),
+        Place::Hosted(config) => Some(Studio::open_for_window(config)?),
         Place::Joined(_) => None,
     };
     let (target, invitation) = match (&session.place, &studio) {
@@ -133,7 +133,8 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     if let Priority::Refused { .. } = potter.granted().priority {
         say!("note: the hand's thread has {}", potter.granted());
     }
-    let (files, keeper) = (Files::new(session.opened.as_deref()), Keeper::open(Preferences::file()));
+    let last = studio.as_ref().and_then(Studio::last_pot);
+    let (files, keeper) = (Files::new(session.opened.as_deref(), last), Keeper::open(Preferences::file()));
     // who hosts, or records, stays at the wheel
     let is_visitor = studio.is_none() && session.record.is_none();
     let means = means(session, (&runtime, endpoint, target), &event_loop);

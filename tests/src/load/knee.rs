@@ -72,7 +72,7 @@ pub struct Way {
     pub halvings: u32,
 }
 
-/// Climbs, until a threshold breaks, a run is invalid or somebody's clay is not the server's.
+/// Climbs, until a threshold breaks, a run is invalid or interrupted, or somebody's clay is not the server's.
 ///
 /// # Errors
 /// [`RunError`] when a run could not be gone through.
@@ -110,7 +110,14 @@ impl Climb {
             Raises::Spectators => plan.spectators = people,
             Raises::Potters => plan.potters = people,
         }
-        let result = run(plan, options)?;
+        let result = match run(plan, options) {
+            // what was gone through before says what it says
+            Err(RunError::Interrupted { .. }) if !self.steps.is_empty() => {
+                self.spoilt = Some((people, Verdict::Invalid, "it was interrupted".into()));
+                return Ok(());
+            }
+            result => result?,
+        };
         let step = Step {
             people,
             input_delta_p99_ms: result.input_delta_ms.p99,

@@ -82,6 +82,8 @@ pub struct Law {
     pub fits: [Fit; COSTS.len()],
     /// The first run, for what it says of the machine.
     pub first: Option<RunResult>,
+    /// Whether a person ended it before all loads were tried.
+    pub is_interrupted: bool,
 }
 
 impl Fit {
@@ -147,11 +149,17 @@ fn counts_of(plan: &Plan) -> [f64; PARTS.len()] {
 /// [`LawError`].
 pub fn fitted(base: &Plan, way: Way, options: &Options) -> Result<Law, LawError> {
     let mut found = Vec::new();
-    let mut first = None;
+    let (mut first, mut interrupted) = (None, None);
     let plans = loads(base, way.most);
     let all = plans.len() * way.turns as usize;
     for plan in (0..way.turns).flat_map(|_| &plans) {
-        let result = run(plan.clone(), options)?;
+        let result = match run(plan.clone(), options) {
+            Err(ended @ RunError::Interrupted { .. }) => {
+                interrupted = Some(ended);
+                break;
+            }
+            result => result?,
+        };
         let per_s = |bytes: u64| bytes as f64 * 8e-3 / result.measured_s;
         let costs = [
             result.server_cpu_percent.unwrap_or_default(),
@@ -168,9 +176,10 @@ pub fn fitted(base: &Plan, way: Way, options: &Options) -> Result<Law, LawError>
     let fits: Option<Vec<_>> = (0..COSTS.len())
         .map(|cost| Fit::of(&held.iter().map(|load| (load.counts, load.costs[cost])).collect::<Vec<_>>()))
         .collect();
+    let is_interrupted = interrupted.is_some();
     let too_few = LawError::TooFew { tried: found.len(), held: held.len() };
-    let fits = fits.and_then(|fits| fits.try_into().ok()).ok_or(too_few)?;
-    Ok(Law { loads: found, fits, first })
+    let fits = fits.and_then(|fits| fits.try_into().ok()).ok_or(interrupted.map_or(too_few, LawError::from))?;
+    Ok(Law { loads: found, fits, first, is_interrupted })
 }
 
 impl Load {
@@ -193,11 +202,15 @@ impl Law {
         self.loads.iter().filter(|load| load.verdict == Verdict::Pass).count()
     }
 
-    /// How it ended: clay that was not the same everywhere is no load that was merely too much.
+    /// How it ended: clay that was not the same everywhere is no load that was merely too much, and one that was interrupted is not whole.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let has_diverged = self.loads.iter().any(|load| load.verdict == Verdict::Diverged);
-        if has_diverged { Verdict::Diverged } else { Verdict::Pass }
+        match (has_diverged, self.is_interrupted) {
+            (true, _) => Verdict::Diverged,
+            (false, true) => Verdict::Invalid,
+            (false, false) => Verdict::Pass,
+        }
     }
 
     /// A table for a person: what one of each part costs, with its standard error.
@@ -229,8 +242,9 @@ impl Law {
             0 => String::new(),
             count => format!(" In {count} of the others the clay is not known to be the same everywhere."),
         };
+        let interrupted = if self.is_interrupted { " It was interrupted before all loads were tried." } else { "" };
         let (held, tried) = (self.held(), self.loads.len());
-        format!("{held} of {tried} loads are in the law; server and generator {shared_out}.{diverged}")
+        format!("{held} of {tried} loads are in the law; server and generator {shared_out}.{diverged}{interrupted}")
     }
 }
 
@@ -280,10 +294,13 @@ mod tests {
         let fit = Fit { each: [0.0; PARTS.len()], error: [0.0; PARTS.len()], residual: 0.0 };
         let law = |verdict| {
             let loads = vec![load(Verdict::Pass), load(verdict), load(Verdict::Pass)];
-            Law { loads, fits: [fit; COSTS.len()], first: None }
+            Law { loads, fits: [fit; COSTS.len()], first: None, is_interrupted: false }
         };
         assert_eq!(law(Verdict::Invalid).verdict(), Verdict::Pass);
         assert_eq!(law(Verdict::Diverged).verdict(), Verdict::Diverged);
+        let interrupted = Law { is_interrupted: true, ..law(Verdict::Pass) };
+        assert_eq!(interrupted.verdict(), Verdict::Invalid);
+        assert!(interrupted.sentence().contains("interrupted"), "{}", interrupted.sentence());
         assert!(
             law(Verdict::Diverged).sentence().contains("In 1 of the others the clay"),
             "{}",

@@ -348,6 +348,27 @@ fn climb_ends_at_the_load_that_breaks_a_threshold_and_draws_it() {
     assert!(std::fs::read_to_string(&html).unwrap().contains(">knee<"));
 }
 
+#[cfg(unix)]
+#[test]
+fn climb_that_somebody_ends_tells_and_writes_the_loads_that_were_gone_through() {
+    let json = folder("load-knee-interrupted").join("knee.json");
+    let climb =
+        ["knee", "--spawn", "--potters", "1", "--full-potters", "0", "--from", "1", "--to", "999", "--factor", "1.01"];
+    let threshold = ["--threshold", "input_delta_ms:p50<60000"];
+    let each = ["--ramp", "0.2", "--warmup", "0.3", "--duration", "1", "--quiet", "--json", json.to_str().unwrap()];
+    let mut command = load_test(&[&climb[..], &each, &threshold, &PATIENT].concat());
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap());
+    read_until(&mut lines, |line| line.contains("Pass"));
+    read_until(&mut lines, |line| line.starts_with("server "));
+    signal("-INT", &child.id().to_string());
+    let done = child.wait_with_output().unwrap();
+    let told = told(&done);
+    assert!(done.status.code() == Some(98) && told.contains("with 2 the climb ended: it was interrupted"), "{told}");
+    let climb: Climb = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!((climb.steps.len(), climb.knee, climb.verdict()), (1, Some(1), Verdict::Invalid));
+}
+
 #[test]
 fn law_is_fitted_to_loads_of_its_own_and_says_what_each_costs() {
     let folder = folder("load-law");

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use pottery_client::Link;
 use pottery_client::pot_file::PotFile;
 use pottery_shared::clay::{Conditions, Pot, PotSpec};
+use pottery_shared::snapshot::PotRecord;
 use pottery_shared::units::Tick;
 use pottery_tests::display::{Display, SIZE};
 use pottery_tests::programs::folder;
@@ -218,6 +219,40 @@ fn clay(pixels: &[u8]) -> (usize, f64) {
     let wide = filled.get(filled.len() / 2).copied().unwrap_or(1);
     let even = filled.iter().filter(|count| count.abs_diff(wide) <= wide / 50).count();
     (rows.iter().sum(), even as f64 / filled.len().max(1) as f64)
+}
+
+#[test]
+fn a_pot_that_is_left_without_saving_is_put_on_the_wheel_by_a_button_the_next_time() {
+    let display = Display::new();
+    let left = display.data().join("unsaved-1").join("wheel-1-last.pot");
+    let new = Pot::new(PotSpec::default()).unwrap();
+    let arguments = ["--listen", "127.0.0.1:0", "--mute"];
+    let (studio, window) = display.studio_with_controls(&arguments);
+    assert!(window.find("The pot of last time").is_none(), "there is none yet");
+    until(&display, "clay", |pixels| clay(pixels).0 > 20_000);
+    display.run("xdotool", &["mousemove", "640", "340", "mousedown", "1", "sleep", "2", "mouseup", "1"]);
+    close(&display, studio);
+    let pressed = PotFile::read(&left).unwrap().pot().clone();
+    assert!(pressed != PotRecord::of(&new), "nothing was pressed");
+
+    // who looks and leaves again has lost nothing
+    let (studio, window) = display.studio_with_controls(&arguments);
+    until(&display, "clay", |pixels| clay(pixels).0 > 20_000);
+    assert!(window.find("The pot of last time").is_some(), "{:#?}", window.all());
+    close(&display, studio);
+    assert_eq!(*PotFile::read(&left).unwrap().pot(), pressed);
+
+    let (studio, window) = display.studio_with_controls(&arguments);
+    window.press("The pot of last time");
+    let deadline = Instant::now() + PATIENCE;
+    while !window.all().iter().any(|control| control.name.contains("is put on the wheel")) {
+        assert!(Instant::now() < deadline, "it is not put on the wheel: {:#?}", window.all());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    // it is on the wheel, and so it is left once more
+    fs::remove_file(&left).unwrap();
+    close(&display, studio);
+    assert_eq!(*PotFile::read(&left).unwrap().pot(), pressed);
 }
 
 #[test]

@@ -24,6 +24,14 @@ enum Wish {
     Export,
     /// Put the pot of the file on the wheel.
     Open,
+    /// The same with the pot that was left.
+    OpenLast,
+}
+
+impl Wish {
+    const fn writes(self) -> bool {
+        matches!(self, Self::Save | Self::Export)
+    }
 }
 
 /// What came of a wish.
@@ -71,11 +79,13 @@ pub(super) struct Files {
     replaceable: Vec<PathBuf>,
     /// A pot that was read and is to be put on the wheel.
     opened: Option<Arc<PotRecord>>,
+    /// The pot that was on the wheel when an earlier window was left.
+    last: Option<PathBuf>,
 }
 
 impl Files {
-    /// Begins with the pot that was opened, or with a new name in the person's folder for documents.
-    pub(super) fn new(opened: Option<&Path>) -> Self {
+    /// Begins with the pot that was opened, or with a new name in the person's folder for documents; `last` is the pot that was left.
+    pub(super) fn new(opened: Option<&Path>, last: Option<PathBuf>) -> Self {
         let path = opened.map_or_else(unused_name, Path::to_path_buf);
         Self {
             path: path.display().to_string(),
@@ -85,6 +95,7 @@ impl Files {
             outcome: None,
             replaceable: opened.map(Path::to_path_buf).into_iter().collect(),
             opened: None,
+            last,
         }
     }
 
@@ -133,6 +144,9 @@ impl Files {
                 }
             });
         });
+        if self.last.is_some() && ui.button(words.say("open-last")).on_hover_text(words.say("open-hint")).clicked() {
+            self.wish = Some(Wish::OpenLast);
+        }
         let said = match (&self.working, &self.outcome) {
             (Some(_), _) => RichText::new(words.say("file-busy")),
             (None, Some(outcome)) if outcome.is_trouble() => {
@@ -154,12 +168,12 @@ impl Files {
         }
         let Some(wish) = self.wish.take() else { return };
         let path = self.target(wish);
-        if wish != Wish::Open && path.exists() && !self.replaceable.contains(&path) {
+        if wish.writes() && path.exists() && !self.replaceable.contains(&path) {
             self.outcome = Some(Outcome::Taken(path.clone()));
             self.replaceable.push(path);
             return;
         }
-        if wish != Wish::Open {
+        if wish.writes() {
             self.replaceable.push(path.clone());
         }
         let pot = take();
@@ -174,6 +188,7 @@ impl Files {
     fn target(&self, wish: Wish) -> PathBuf {
         let path = PathBuf::from(self.path.trim());
         match wish {
+            Wish::OpenLast => self.last.clone().unwrap_or_default(),
             Wish::Save if self.replaceable.contains(&path) => path,
             Wish::Open if path.is_file() => path,
             Wish::Save | Wish::Open => with_ending(&path, "pot"),
@@ -185,7 +200,9 @@ impl Files {
         if let Some(thread) = self.working.take() {
             let outcome = thread.join().unwrap_or(Outcome::Lost);
             if let Outcome::Opened(path, record) = &outcome {
-                self.replaceable.push(path.clone());
+                if self.last.as_ref() != Some(path) {
+                    self.replaceable.push(path.clone());
+                }
                 self.opened = Some(Arc::clone(record));
             }
             self.outcome = Some(outcome);
@@ -207,7 +224,7 @@ fn work(wish: Wish, pot: &PotFile, path: &Path) -> Outcome {
     let came = match wish {
         Wish::Save => pot.write(path).map(|()| written()).map_err(|error| sentence(&error)),
         Wish::Export => export(&pot.pot().pot(), path).map(|()| written()).map_err(|error| sentence(&error)),
-        Wish::Open => PotFile::read(path).map_err(|error| sentence(&error)).and_then(|file| {
+        Wish::Open | Wish::OpenLast => PotFile::read(path).map_err(|error| sentence(&error)).and_then(|file| {
             let record = fitted(file.pot(), pot.pot().spec()).map_err(|error| error.to_string())?;
             Ok(Outcome::Opened(path.to_path_buf(), Arc::new(record)))
         }),
@@ -254,14 +271,14 @@ mod tests {
             ("vase.stl", "vase.pot", "vase.stl"),
             ("", "", ""),
         ] {
-            let mut files = Files::new(None);
+            let mut files = Files::new(None, None);
             files.path = format!(" {typed} ");
             assert_eq!(files.target(Wish::Save), PathBuf::from(save));
             assert_eq!(files.target(Wish::Export), PathBuf::from(solid));
             assert_eq!(files.path(), PathBuf::from(save));
         }
         // a pot that was opened is saved where it was
-        let opened = Files::new(Some(Path::new("vase.bak")));
+        let opened = Files::new(Some(Path::new("vase.bak")), None);
         assert_eq!(opened.target(Wish::Save), PathBuf::from("vase.bak"));
         assert_eq!(opened.target(Wish::Export), PathBuf::from("vase.bak.stl"));
     }

@@ -228,7 +228,7 @@ impl Visit {
         let begin = Begin {
             held: seated.held(session),
             invitation: None,
-            files: Files::new(None),
+            files: Files::new(None, None),
             keeper: Keeper::open(Preferences::file()),
             graphics: None,
             proxy: proxy.clone(),

@@ -81,6 +81,7 @@ save = Speichern
 open = Öffnen
 open-hint = stellt den Topf der Datei für alle auf die Scheibe; Zurück nimmt es zurück
 export-as = Ausgeben als
+open-last = Der Topf vom letzten Mal
 file-busy = einen Augenblick …
 written = geschrieben: { $path }
 opened = { $path } kommt auf die Scheibe

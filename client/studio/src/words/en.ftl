@@ -81,6 +81,7 @@ save = Save
 open = Open
 open-hint = puts the pot of the file on the wheel for everybody; undo takes it back
 export-as = Export as
+open-last = The pot of last time
 file-busy = one moment …
 written = written: { $path }
 opened = { $path } is put on the wheel
