@@ -30,6 +30,7 @@ mod resample;
 mod rim;
 mod schedule;
 mod series;
+mod sides;
 mod solid;
 mod substep;
 mod surface;

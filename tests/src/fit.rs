@@ -3,10 +3,11 @@
 //! a slow one does.
 //!
 //! Owns which constants are free and what counts as a misfit; the dents to meet are [`dents`]', the strokes [`strokes`]', the
-//! forces [`walls`]', the presses that are quick and slow [`speeds`]'.
+//! forces [`walls`]', the presses that are quick and slow [`speeds`]', those on other grids [`sides`]'.
 //! Invariant: the same dents, start and number of iterations give the same constants, bit for bit.
 
 pub mod dents;
+pub mod sides;
 pub mod simplex;
 pub mod speeds;
 pub mod strokes;

@@ -37,8 +37,9 @@ const AROUND_MAX: f32 = 0.5;
 /// The first twelve are fitted to finite-element dents of a backed wall by `accuracy-chart fit`: spheres of 8, 12
 /// and 20 mm, 1 to 4 mm deep, pots of 40 and 60 mm, walls of 5 to 12 mm, E/σ_y from 25 to 125; other spheres, pots and clays are held
 /// out. What a quick press raises less is fitted by it to what a slow one leaves. The nine of sliding are fitted to balls of 12 and 20 mm drawn
-/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The last seven are fitted by it to the forces on balls of 12 to 40 mm pressed up
-/// to 6 mm into hollow pots, from outside and from inside, and to the pots' shapes.
+/// along such a wall 1 and 2 mm deep; a ball of 16 mm is held out. The seven of walls are fitted by it to the forces on balls of 12 to 40 mm pressed up
+/// to 6 mm into hollow pots, from outside and from inside, and to the pots' shapes. The last four say nothing of clay: they are fitted to what balls of 8
+/// to 35 mm bear on three coarse grids and on the finest one, with balls of 10, 16 and 26 mm held out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticLaw {
     /// Indentation pressure over yield stress of clay that flows wholly, under a tool without slope on a thick wall; Tabor 1951
@@ -104,6 +105,15 @@ pub struct PlasticLaw {
     pub wall_follows_from: f32,
     /// Share of what a hollow wall gives way more than an elastic one by that stays: a wall that has folded.
     pub wall_stays: f32,
+    /// What a sum over columns leaves out at a side of a contact of what the column next to the outermost bears, where the outermost is only grazed:
+    /// of quadrature, and not of clay.
+    pub side_grazed: f32,
+    /// By how much more that is for each part of the next one's that the outermost bears.
+    pub side_by_part: f32,
+    /// The same for that part's cube.
+    pub side_by_cube: f32,
+    /// By how much `side_by_part` is more for each column over which pressure rises at the edge.
+    pub side_by_ramp: f32,
 }
 
 impl PlasticLaw {
@@ -138,6 +148,10 @@ impl PlasticLaw {
         wall_follows: 1.634,
         wall_follows_from: 0.409,
         wall_stays: 0.589,
+        side_grazed: 0.112,
+        side_by_part: -0.732,
+        side_by_cube: 1.413,
+        side_by_ramp: 0.396,
     };
 
     /// H/σ_y for a strain over the yield strain, the tool's slope at the edge of the contact, and the contact's radius over the

@@ -14,6 +14,7 @@ use super::law::{PlasticLaw, SLOPE_MIN, layer_depth_m};
 use super::looks::find;
 use super::rim::{Rim, RimShape};
 use super::series::GivenWay;
+use super::sides::Sides;
 use super::uptake::{Moved, Noted, Uptake};
 use super::window::{Push, Scratch};
 use super::{Contact, Footprint, GridShape, Method, Part, Pot, Press, Sink, Strength, Support, Surface, Window};
@@ -38,7 +39,7 @@ const AREA_EVEN: f32 = 1.5;
 /// - yields: `Δr = −(1 − exp(−dt/τ))·(p − e)⁺`;
 /// - force: the pressure `H/μ·min(p, e)/(c·e₀)` along the tool's normal, so that it saturates as clay does, with the mean H
 ///   where all yields, however fast (μ is the mean of `e(q²)/(c·e₀)`). While nothing yields it is 3 % above Hertz's
-///   `4/3·E*·√R·δ^1.5`;
+///   `4/3·E*·√R·δ^1.5`. On a core, what a sum over columns leaves out at a contact's sides is brought in (`clay::sides`);
 /// - rim: `+β·ΔV·κ(q²)/(π·a_θ·a_z·(Q − 1)/3)` for 1 < q² < Q, `κ = ((Q − q²)/(Q − 1))²`, with the half axes a_θ, a_z of the volume ΔV
 ///   that yields (a paraboloid of half axis a has the variance a²/6), both made shorter where that ellipse is larger than the contact.
 ///   Of what yields now it is `β = β₀·(1 − exp(−X/X₀))`; a dent that grows presses its own rim down again,
@@ -147,9 +148,9 @@ impl PlasticCsem {
         }
         let contacts = &scratch.contacts;
         let met = self.meet(simd, &at, contacts, &way);
-        let Some(Met { spot, pressure_pa, strain, slope, around, rim_width }) = met else {
-            return Answer::default();
-        };
+        let Some(met) = met else { return Answer::default() };
+        let ramp = met.ramp(&step);
+        let Met { spot, pressure_pa, strain, slope, around, rim_width } = met;
         let Spot { ellipse, slide, open, .. } = spot;
         let carried = apart(
             simd,
@@ -164,7 +165,12 @@ impl PlasticCsem {
             Rim { dent, volume_m3, shape, tool_z_m: press.centre_m.z }
         });
         let normals = carried.normals + slide.heap(carried.normals, contacts.angle_rad) * self.law.slide_heap;
-        let newtons = pressure_pa * step.element_rad_m;
+        // where a wall bends, three quarters of the way are its own, and what a sum leaves out hardly tells
+        let whole = match surface.support() {
+            Support::Backed => carried.sides.whole(&self.law, carried.all, ramp),
+            Support::Hollow => 1.0,
+        };
+        let newtons = pressure_pa * step.element_rad_m * whole;
         let level = hypot(carried.normals.x, carried.normals.y);
         let contact = Contact {
             force_n: normals * newtons,
@@ -426,6 +432,16 @@ pub(super) struct Met {
     pub(super) rim_width: f32,
 }
 
+impl Met {
+    /// Width over which pressure rises at the contact's edge along the arc, over that of a column, for a tool outside: the elastic depth there over the
+    /// angle at which tool and clay part, of which the clay's curvature is a share.
+    fn ramp(&self, step: &Step) -> f32 {
+        let Spot { elastic_m, bowl: [near, edge], ellipse, .. } = &self.spot;
+        let parts = self.slope + ellipse.half_arc_m / ellipse.radius_m;
+        elastic_m * (1.0 - near - edge) / (parts * step.column_rad * ellipse.radius_m)
+    }
+}
+
 impl Spot {
     /// Mean elastic depth over the contact, over that in the middle.
     fn mean(&self) -> f32 {
@@ -494,6 +510,7 @@ struct Carried<S: Simd> {
     /// Sums over the elements of share·area and of share·area·normal, over the area of an element at radius 1.
     all: f32,
     normals: Vec3,
+    sides: Sides<S>,
     /// Of the volume that yields, negative where it goes towards the axis.
     dent: Moments<S>,
 }
@@ -510,6 +527,7 @@ fn yields<S: Simd>(
     let mut dent = Moments::new(simd);
     let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
     let [mut x, mut y, mut z, mut all] = [zero; 4];
+    let mut sides = Sides::new(simd);
     let bed = spot.bed();
     let outwards = outwards(press.side);
     if pushes.len() < contacts.found() {
@@ -547,9 +565,10 @@ fn yields<S: Simd>(
             dent.add(push.delta_m.on(simd) * radius, radius, above.on(simd));
         }
         dent.end_column(angle_rad);
+        sides.add(ahead_sum, share);
         all += ahead_sum;
         x += ahead_sum * (outwards * cos) - aside_sum * sin;
         y += ahead_sum * (outwards * sin) + aside_sum * cos;
     }
-    Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), dent }
+    Carried { all: sum(all), normals: Vec3::new(sum(x), sum(y), sum(z)), sides, dent }
 }

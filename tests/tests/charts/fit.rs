@@ -8,6 +8,7 @@ use std::convert::Infallible;
 use pottery_shared::clay::{GridShape, PlasticLaw};
 use pottery_tests::chart::cases::{BASE, Scene};
 use pottery_tests::fit::dents::{KnownDent, finite_elements};
+use pottery_tests::fit::sides::{self, SIDES};
 use pottery_tests::fit::{self, FREE, simplex, speeds};
 
 #[test]
@@ -104,5 +105,31 @@ fn what_a_press_leaves_does_not_tell_how_quick_it_was() {
         let (beside, _) = score(factor * used);
         println!("rim_ahead times {factor}: {beside:.5}");
         assert!(beside > best, "rim_ahead times {factor} is better: {beside:.5} instead of {best:.5}");
+    }
+}
+
+#[test]
+fn the_force_on_a_ball_does_not_tell_the_grid() {
+    let used = sides::sides(&PlasticLaw::FITTED);
+    let fitted = sides::presses(&sides::FITTED, PlasticLaw::FITTED).unwrap();
+    let held_out = sides::presses(&sides::HELD_OUT, PlasticLaw::FITTED).unwrap();
+    for known in [&fitted, &held_out] {
+        let [sum, whole] = [[0.0; 4], used].map(|constants| sides::score(known, constants));
+        let largest = known.iter().map(|known| known.error(used).abs()).fold(0.0, f64::max);
+        println!(
+            "{} presses: off by {sum:.4} as sums, by {whole:.4} and {largest:.4} at most with what they leave out",
+            known.len()
+        );
+        assert!(whole < 0.0045 && whole < 0.6 * sum && largest < 0.018, "{whole:.4}, {largest:.4}");
+    }
+    let best = sides::score(&fitted, used);
+    for (place, name) in SIDES.iter().enumerate() {
+        for factor in [0.8, 1.2] {
+            let mut constants = used;
+            constants[place] *= factor;
+            let beside = sides::score(&fitted, constants);
+            println!("{name} times {factor}: {beside:.5}");
+            assert!(beside > best, "{name} times {factor} is better: {beside:.5} instead of {best:.5}");
+        }
     }
 }
