@@ -45,23 +45,24 @@ impl Studio {
 
     /// Opens it for a window: what is pressed is put by in this person's folder for data, for whoever leaves without saving.
     pub(crate) fn open_for_window(config: &ServerConfig) -> anyhow::Result<Self> {
-        let folder = dirs::data_dir().map(|folder| folder.join("pottery-studio"));
-        // another window has the first
-        for spare in
-            folder.iter().flat_map(|folder| (1..=SPARES_MAX).map(|number| folder.join(format!("unsaved-{number}"))))
-        {
+        let Some(folder) = dirs::data_dir().map(|folder| folder.join("pottery-studio")) else {
+            return Self::open(config.clone());
+        };
+        for spare in (1..=SPARES_MAX).map(|number| folder.join(format!("unsaved-{number}"))) {
             let opened = Self::open(ServerConfig { spare: Some(spare), ..config.clone() });
-            match opened.as_ref().map_err(|error| error.downcast_ref::<ServerError>()) {
-                Err(Some(ServerError::Store(StoreError::Taken { .. }))) => {}
-                Err(Some(ServerError::Store(StoreError::Folder { source, path }))) => {
-                    note!(
-                        "what is pressed is not put by, since the folder {} cannot be used: {source}",
-                        path.display()
-                    );
-                    break;
+            let why = match opened.as_ref().map_err(|error| error.downcast_ref::<ServerError>()) {
+                // by another window
+                Err(Some(ServerError::Store(StoreError::Taken { .. }))) => continue,
+                Err(Some(ServerError::Store(StoreError::Folder { path, source }))) => {
+                    format!("the folder {} cannot be used ({source})", path.display())
+                }
+                Err(Some(ServerError::Store(StoreError::NoFolder { path }))) => {
+                    format!("{} is a file and no folder", path.display())
                 }
                 _ => return opened,
-            }
+            };
+            note!("what is pressed is not put by: {why}");
+            break;
         }
         Self::open(config.clone())
     }

@@ -5,6 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
+use std::io::Read;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
@@ -253,6 +254,18 @@ fn a_pot_that_is_left_without_saving_is_put_on_the_wheel_by_a_button_the_next_ti
     fs::remove_file(&left).unwrap();
     close(&display, studio);
     assert_eq!(*PotFile::read(&left).unwrap().pot(), pressed);
+}
+
+#[test]
+fn a_window_opens_where_what_is_pressed_cannot_be_put_by_and_says_so() {
+    let display = Display::new();
+    fs::write(display.data().join("unsaved-1"), "what somebody has there").unwrap();
+    let mut studio = open(&display);
+    let mut said = studio.stderr.take().unwrap();
+    close(&display, studio);
+    let mut text = String::new();
+    said.read_to_string(&mut text).unwrap();
+    assert!(text.contains("what is pressed is not put by: ") && text.contains("is a file and no folder"), "{text}");
 }
 
 #[test]
