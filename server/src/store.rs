@@ -76,6 +76,8 @@ pub(crate) type Mark = (u64, Material);
 #[derive(Debug)]
 struct Shelf {
     path: PathBuf,
+    /// Where its pot goes at the end, if it is only put by.
+    last: Option<PathBuf>,
     /// That of the pot in the file.
     kept: Option<Mark>,
     /// Digest of the clay that is not worth a file.
@@ -87,7 +89,7 @@ struct Shelf {
 
 impl Shelf {
     const fn empty(path: PathBuf) -> Self {
-        Self { path, kept: None, untouched: None, looked_at: Duration::ZERO, writing: None }
+        Self { path, last: None, kept: None, untouched: None, looked_at: Duration::ZERO, writing: None }
     }
 
     /// Whether the file is to be written for a pot of that mark.
@@ -101,9 +103,7 @@ impl Shelf {
 pub(crate) struct Store {
     shelves: Vec<Shelf>,
     /// Nobody else writes there until the last pot is written.
-    folder: Folder,
-    /// Whether pots are only put by.
-    is_spare: bool,
+    _folder: Folder,
     /// The wheel that is looked at next.
     next: usize,
     /// Pots that could not be written, in a row.
@@ -171,7 +171,7 @@ impl Store {
             shelves.push(Shelf::empty(path));
             pots.push(pot);
         }
-        Ok((Self { shelves, folder, is_spare: false, next: 0, failures: 0, written: 0 }, pots))
+        Ok((Self { shelves, _folder: folder, next: 0, failures: 0, written: 0 }, pots))
     }
 
     /// Opens a folder in which pots are only put by; those from before get the name of [`last_pot`], and clay as it is now is not worth a file.
@@ -186,12 +186,13 @@ impl Store {
         let refused = |source| StoreError::Folder { path: folder.path().to_path_buf(), source };
         let mut shelves = Vec::new();
         for wheel in 0..wheels {
-            let path = file(folder.path(), wheel);
+            let (path, last) = (file(folder.path(), wheel), last_pot(folder.path(), wheel));
             // of a server that was killed
-            make_last(&path, &last_pot(folder.path(), wheel)).map_err(refused)?;
-            shelves.push(Shelf { untouched: mark(wheel).map(|(digest, _)| digest), ..Shelf::empty(path) });
+            make_last(&path, &last).map_err(refused)?;
+            let untouched = mark(wheel).map(|(digest, _)| digest);
+            shelves.push(Shelf { last: Some(last), untouched, ..Shelf::empty(path) });
         }
-        Ok(Self { shelves, folder, is_spare: true, next: 0, failures: 0, written: 0 })
+        Ok(Self { shelves, _folder: folder, next: 0, failures: 0, written: 0 })
     }
 
     /// Notes that the pots are as they are on disk, or not worth a file yet.
@@ -302,9 +303,8 @@ impl Store {
                     Err(error) => troubles.push(error.to_string()),
                 }
             }
-            let last = last_pot(self.folder.path(), wheel);
-            if self.is_spare
-                && let Err(error) = make_last(&shelf.path, &last)
+            if let Some(last) = &shelf.last
+                && let Err(error) = make_last(&shelf.path, last)
             {
                 troubles.push(format!("{} stays at {} ({error})", last.display(), shelf.path.display()));
             }

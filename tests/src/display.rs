@@ -72,10 +72,10 @@ impl Display {
     /// The file of the person's preferences.
     #[must_use]
     pub fn preferences(&self) -> PathBuf {
-        self.settings.join("pottery-studio").join("preferences.toml")
+        self.data().join("preferences.toml")
     }
 
-    /// The folder of what the studio keeps besides.
+    /// The folder of what the studio keeps for this person.
     #[must_use]
     pub fn data(&self) -> PathBuf {
         self.settings.join("pottery-studio")

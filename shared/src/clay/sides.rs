@@ -71,10 +71,10 @@ impl<S: Simd> Sides<S> {
 impl PlasticLaw {
     /// What a sum over columns leaves out where the outermost and the next bear so much.
     fn left_out_of_side(&self, outer: f32, next: f32, ramp: f32) -> f32 {
-        if next <= outer.max(0.0) {
+        if next <= outer {
             return 0.0;
         }
-        let part = outer.max(0.0) / next;
+        let part = outer / next;
         let (near, ends) = (part.min(ENDS_AT_ONCE), (part - ENDS_AT_ONCE).max(0.0) / (1.0 - ENDS_AT_ONCE));
         let by_part = self.side_by_part + self.side_by_ramp * ramp.min(STEEP);
         next * (1.0 - ends) * (self.side_grazed + near * (by_part + self.side_by_cube * near * near))

@@ -8,7 +8,7 @@ use pottery_shared::units::Seconds;
 
 use super::{FitError, Fitted};
 use crate::chart::cases::{BASE, Scene};
-use crate::dent::Pressing;
+use crate::dent::{DentError, Pressing};
 use crate::linear::Cholesky;
 
 /// Steps in which a ball comes in, and for which it then stands still, and how long one is.
@@ -21,8 +21,8 @@ const FINEST: [u32; 2] = [1440, 1600];
 /// Where between two columns a ball lies, in columns, and how far above a row, m.
 const ASIDE: [f32; 5] = [0.0, 0.125, 0.25, 0.375, 0.5];
 const ABOVE_M: f32 = 0.13e-3;
-/// Fewest columns of a contact that is fitted, since narrower ones hardly have sides: a ball's on a wall of this radius, m, that is so
-/// deep is `2·√(2·δ·r·R/(r + R))` wide.
+/// Fewest columns of a contact that is fitted, since narrower ones hardly have sides: where a ball of radius R is δ deep in a wall of radius r, it
+/// is `2·√(2·δ·r·R/(r + R))` wide.
 const COLUMNS_MIN: f32 = 5.0;
 
 /// Balls, mm, and how deep they go, mm, that are fitted.
@@ -60,8 +60,6 @@ pub struct Known {
     pub press_mm: [f32; 2],
     /// Columns and rows.
     pub grid: [u32; 2],
-    /// Where between two columns it lies, in columns.
-    pub aside: f32,
     /// Force as a sum, and what each constant of one adds to it, N.
     sum_n: f64,
     adds_n: [f64; 4],
@@ -96,7 +94,7 @@ pub fn presses(balls: &[(f32, &[f32])], law: PlasticLaw) -> Result<Vec<Known>, F
                 for aside in ASIDE {
                     let [sum_n, with_n @ ..] = forces_n(law, press_mm, grid, aside)?;
                     let adds_n = with_n.map(|with_n| with_n - sum_n);
-                    all.push(Known { press_mm, grid, aside, sum_n, adds_n, finest_n });
+                    all.push(Known { press_mm, grid, sum_n, adds_n, finest_n });
                 }
             }
         }
@@ -107,7 +105,7 @@ pub fn presses(balls: &[(f32, &[f32])], law: PlasticLaw) -> Result<Vec<Known>, F
 /// The force on a ball as a sum over columns, and with each constant one, N.
 fn forces_n(law: PlasticLaw, [tool_mm, depth_mm]: [f32; 2], grid: [u32; 2], aside: f32) -> Result<[f64; 5], FitError> {
     let [columns, rows] = grid;
-    let shape = GridShape::new(columns, rows).map_err(crate::dent::DentError::from)?;
+    let shape = GridShape::new(columns, rows).map_err(DentError::from)?;
     let dent = Scene { tool_mm, ..BASE }.dent(shape, depth_mm, false);
     let mut pressing = Pressing::new(dent, STEP)?;
     let (angle_rad, z_m) = (aside * shape.column_angle_rad(), 0.5 * dent.pot.height.0 + ABOVE_M);

@@ -48,10 +48,9 @@ was due to the clay that holds it. The uncorrected figure runs from when it was 
 (schedule_lag_ms of those who press, look_lag_ms of those who look on), the run is invalid: it says nothing of the server.
 A star marks seconds that are left out of the figures.
 
-Exit codes: 0 every threshold holds, 99 one is broken or somebody never came in, 98 the run is invalid (a knee or a law also where it was
-interrupted), 97 somebody's clay is not
-the server's or could not be told, 2 a flag makes no sense, 1 anything else. Of knee: 0 some load held, whatever broke beyond it, 99 none did. Of soak: 99
-also where memory grew, or could not be measured.";
+Exit codes: 0 every threshold holds, 99 one is broken or somebody never came in, 98 the run is invalid (a knee or a law also
+where it was interrupted), 97 somebody's clay is not the server's or could not be told, 2 a flag makes no sense, 1 anything
+else. Of knee: 0 some load held, whatever broke beyond it, 99 none did. Of soak: 99 also where memory grew, or could not be measured.";
 
 /// Puts a pottery server under load and says how it bears it: real QUIC, real strokes, no window and no hand's thread.
 #[derive(Debug, Parser)]
