@@ -6,7 +6,7 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use pottery_shared::protocol::{self, FrameReader, JoinCode, Notice, Pass, TeacherToken};
+use pottery_shared::protocol::{self, FrameReader, JoinCode, Notice, Pass, ResumeToken, TeacherToken};
 use pottery_shared::session::ClientError;
 use tokio::time::timeout;
 use web_transport_quinn::{Session, SessionError, WebTransportError};
@@ -47,8 +47,8 @@ pub enum JoinError {
     Address {
         /// As typed.
         address: String,
-        /// What the system said.
-        reason: String,
+        /// Which part of it.
+        reason: &'static str,
     },
     /// Nobody answers there.
     #[error("no studio answers at {address}; is it open, is the port right, and does the network let UDP through?")]
@@ -125,6 +125,11 @@ impl Target {
         self.teacher.map_or(Pass::None, Pass::Teacher)
     }
 
+    /// What is shown by who comes back: that they teach as well, since a server that has begun anew does not know them.
+    pub(crate) fn pass_back(&self, resume: ResumeToken) -> Pass {
+        self.teacher.map_or(Pass::Resume(resume), |teacher| Pass::Return(resume, teacher))
+    }
+
     /// Where that is.
     ///
     /// # Errors
@@ -137,18 +142,21 @@ impl Target {
 /// Where an address leads, and where else.
 async fn resolve(typed: &str) -> Result<(SocketAddr, Vec<SocketAddr>), JoinError> {
     let address = typed.trim();
-    let bad = |reason: String| JoinError::Address { address: address.to_owned(), reason };
+    let bad = |reason| JoinError::Address { address: address.to_owned(), reason };
     if let Ok(known) = address.parse::<SocketAddr>() {
         return Ok((known, Vec::new()));
     }
     let bare = address.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')).unwrap_or(address);
-    let with_port = match bare.parse::<std::net::IpAddr>() {
-        Ok(ip) => return Ok((SocketAddr::new(ip, PORT), Vec::new())),
-        Err(_) if address.contains(':') => address.to_owned(),
-        Err(_) => format!("{address}:{PORT}"),
+    if let Ok(ip) = bare.parse::<std::net::IpAddr>() {
+        return Ok((SocketAddr::new(ip, PORT), Vec::new()));
+    }
+    let (name, port) = match address.rsplit_once(':') {
+        None => (address, PORT),
+        Some((name, port)) => (name, port.parse().map_err(|_| bad("a port is a number up to 65535"))?),
     };
-    let mut found = tokio::net::lookup_host(with_port).await.map_err(|error| bad(error.to_string()))?;
-    let first = found.next().ok_or_else(|| bad("the name leads nowhere".into()))?;
+    let found = tokio::net::lookup_host((name, port)).await;
+    let mut found = found.map_err(|_| bad("no computer of that name answers to the name service"))?;
+    let first = found.next().ok_or_else(|| bad("the name leads nowhere"))?;
     let others = found.filter(|other| *other != first).take(OTHERS_MAX).collect();
     Ok((first, others))
 }

@@ -14,6 +14,7 @@ use pottery_shared::tool::{ConvexTool, Shape};
 
 use crate::fade::Fade;
 use crate::guiding::GuidanceShown;
+use crate::stroke::StrokeRecorder;
 
 /// How the connection stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,10 +64,14 @@ pub struct View {
     pub tick_offset: i64,
     /// Measured round trip.
     pub round_trip: Duration,
+    /// Time since anything came from the server, which tells of a wheel several times a second.
+    pub silence: Duration,
     /// SHA-256 of the certificate that the server showed.
     pub fingerprint: Option<[u8; 32]>,
     /// How the connection stands.
     pub link: Link,
+    /// What was recorded of the own stroke, every half minute, until somebody has taken it.
+    pub recording: Option<StrokeRecorder>,
     /// Digest of the confirmed clay.
     pub digest: u64,
     /// Every own press is confirmed and the newest known clay is held.
@@ -98,6 +103,8 @@ impl SharedView {
             conditions: session.conditions().clone(),
             tick_offset: session.tick_offset(),
             round_trip: Duration::ZERO,
+            silence: Duration::ZERO,
+            recording: None,
             fingerprint: None,
             link: Link::Open,
             digest: session.replica().digest(),

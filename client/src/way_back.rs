@@ -93,7 +93,7 @@ impl WayBack {
         round_trip: Duration,
         open: impl Fn(&[u8], Duration) -> Result<S, ClientError>,
     ) -> Result<(Joined, S), Link> {
-        let greeting = greet(&self.target, self.purpose, Pass::Resume(resume));
+        let greeting = greet(&self.target, self.purpose, self.target.pass_back(resume));
         let (began, mut tries) = (Instant::now(), 0);
         while began.elapsed() < TRIES_FOR {
             tries += 1;

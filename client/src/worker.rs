@@ -42,6 +42,8 @@ const FETCHES_OF_REST: u32 = 10;
 const REBASE_REST: u32 = 4;
 /// Ticks without a sample after which a tool that is then elsewhere was away.
 const GAP_TICKS: i64 = 100;
+/// How often what was recorded is told, so that it can be kept.
+const TELL_RECORDING_EVERY: Duration = Duration::from_secs(30);
 /// Time in which the last presses are confirmed before leaving.
 const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 
@@ -128,6 +130,8 @@ pub struct Worker {
     outgoing: mpsc::Sender<Vec<u8>>,
     arriving: mpsc::Receiver<Arrival>,
     report: NetworkReport,
+    /// When anything came last.
+    heard_at: Instant,
     /// Not before then is prediction put on new clay.
     rebase_after: Instant,
     way_back: WayBack,
@@ -139,6 +143,8 @@ pub struct Worker {
     /// A tick, and when it was in the recording, s.
     recorded_from: Option<(Tick, f64)>,
     last_recorded: Option<ToolSample>,
+    /// When what was recorded was last told.
+    told_recording_at: Instant,
 }
 
 /// Whether the tool was away between two samples: of one that rests few are sent, and the last right before it moves.
@@ -192,6 +198,7 @@ impl Worker {
             outgoing,
             arriving,
             report,
+            heard_at: Instant::now(),
             rebase_after: Instant::now(),
             way_back,
             is_coming,
@@ -199,6 +206,7 @@ impl Worker {
             records,
             recorded_from: None,
             last_recorded: None,
+            told_recording_at: Instant::now(),
         }
     }
 
@@ -241,23 +249,27 @@ impl Worker {
                     Ok(bytes) => {
                         self.fetch_samples();
                         let begin = Instant::now();
+                        self.heard_at = begin;
                         let sound = self.session.handle_datagram(&bytes, self.epoch.elapsed());
                         self.session.handle_effort(begin.elapsed(), self.epoch.elapsed());
                         self.report.malformed += u64::from(!sound);
                     }
                     Err(error) => break closed_or_lost(&error),
                 },
-                Some(arrival) = self.arriving.recv() => match arrival {
-                    Arrival::Frame(frame) => if let Err(error) = self.session.handle_control(&frame) {
-                        break Link::Lost(error.to_string());
-                    },
-                    Arrival::Keyframe(bytes) => {
-                        self.fetch_samples();
-                        let sound = self.session.handle_keyframe(&bytes, self.epoch.elapsed());
-                        self.report.malformed += u64::from(!sound);
+                Some(arrival) = self.arriving.recv() => {
+                    self.heard_at = Instant::now();
+                    match arrival {
+                        Arrival::Frame(frame) => if let Err(error) = self.session.handle_control(&frame) {
+                            break Link::Lost(error.to_string());
+                        },
+                        Arrival::Keyframe(bytes) => {
+                            self.fetch_samples();
+                            let sound = self.session.handle_keyframe(&bytes, self.epoch.elapsed());
+                            self.report.malformed += u64::from(!sound);
+                        }
+                        Arrival::StreamEnded => break Link::Closed,
                     }
-                    Arrival::StreamEnded => break Link::Closed,
-                },
+                }
                 command = self.commands.recv(), if self.leaving.is_none() => match command {
                     Some(Command::WheelSpeed(Rpm(rpm))) => self.session.request(&Request::WheelSpeed { rpm }),
                     Some(Command::Clay(material)) => self.session.request(&Request::Clay { clay: material.into() }),
@@ -340,7 +352,13 @@ impl Worker {
             recording.push(seconds, centre_m, sample.orientation)
         });
         match recorded {
-            Ok(()) => self.last_recorded = Some(sample),
+            Ok(()) => {
+                self.last_recorded = Some(sample);
+                if self.told_recording_at.elapsed() >= TELL_RECORDING_EVERY {
+                    self.view.lock().recording = Some(recording.clone());
+                    self.told_recording_at = Instant::now();
+                }
+            }
             Err(error) => tracing::warn!(%error, "a sample could not be recorded"),
         }
     }
@@ -437,7 +455,7 @@ impl Worker {
             view.conditions.clone_from(self.session.conditions());
         }
         view.tick_offset = self.session.tick_offset();
-        view.round_trip = self.connection.rtt();
+        (view.round_trip, view.silence) = (self.connection.rtt(), self.heard_at.elapsed());
         view.digest = self.session.replica().digest();
         view.settled = self.session.is_settled();
     }

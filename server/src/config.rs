@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Arrivals, Input};
 
-use written::{number, whole};
+use written::{address, number, whole};
 
 pub(crate) mod written;
 
@@ -50,7 +50,7 @@ pub struct ServerConfig {
     pub record: Option<PathBuf>,
     /// The folder in which pots are kept from one start to the next; none are when absent.
     pub data: Option<PathBuf>,
-    /// The folder in which pots that were pressed are put by while nothing is kept in `data`, for whoever leaves without saving: the next
+    /// The folder in which the key, and pots that were pressed, are put by while nothing is kept in `data`, for whoever leaves without saving: the next
     /// start begins with new pots all the same, and has those of the last one under [`last_pot`](crate::last_pot). They are put nowhere when absent.
     pub spare: Option<PathBuf>,
     /// Whether wheels begin with new pots even so; those that were kept are put aside.
@@ -408,6 +408,7 @@ impl From<PotError> for ConfigError {
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileConfig {
+    #[serde(deserialize_with = "address")]
     listen: Option<SocketAddr>,
     code: Option<String>,
     code_hours: Option<f64>,
@@ -442,6 +443,7 @@ pub struct FileConfig {
     wetness: Option<f32>,
     support: Option<String>,
     data: Option<PathBuf>,
+    #[serde(deserialize_with = "address")]
     operate: Option<SocketAddr>,
     arrivals: Option<Arrivals>,
     input: Option<Input>,

@@ -147,7 +147,8 @@ impl Server {
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
         let folder = Self::folder(&config)?;
-        let certificate = config.data.as_deref().map_or_else(Certificate::fresh, Certificate::kept_in)?;
+        let certificate =
+            config.data.as_deref().or(config.spare.as_deref()).map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
         let (is_announced, wheels) = (config.is_announced, config.wheels);

@@ -9,7 +9,7 @@ use std::time::Instant;
 use glam::Vec3;
 use pottery_shared::clay::{
     Bend, Contact, ErrorBound, GridShape, Lathe, Material, Method, MethodKind, PlasticCsem, Pot, PotSpec, Press,
-    Strength, SubStep, Support, Window,
+    Strength, SubStep, Support, Surface, Window,
 };
 use pottery_shared::tool::{Side, Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
@@ -75,6 +75,8 @@ pub struct Dented {
     pub volume_in_mm3: f64,
     /// Volume raised above the untouched surface, mm³.
     pub volume_out_mm3: f64,
+    /// By how much the pot becomes higher by what stays pressed in and did not rise beside it, mm, where its clay is kept.
+    pub grows_mm: Option<f64>,
     /// Radial displacement of the inner wall behind the tool's middle that stays, mm, from what knows of an inner wall.
     pub behind_mm: Option<f64>,
     /// Median time of a step with contact, ns; not a number when the tool met no element.
@@ -84,6 +86,15 @@ pub struct Dented {
 }
 
 impl Dent {
+    /// Columns across the contact of a ball at its full depth on a core, by our method; `None` for others, whose elements know nothing of each other.
+    #[must_use]
+    pub fn columns_across(&self) -> Option<f32> {
+        let (tool, pot) = (self.tool.0, self.pot.radius.0);
+        let is_ours = self.method == MethodKind::Plastic && self.pot.support == Support::Backed;
+        let half_m = (2.0 * self.depth.0 * tool * pot / (tool + pot)).sqrt();
+        is_ours.then(|| 2.0 * half_m / (pot * self.pot.shape.column_angle_rad()))
+    }
+
     fn check(&self) -> Result<Sphere, DentError> {
         self.pot.check()?;
         let youngs_pa = Range::Closed(Material::YOUNGS_PA_MIN, Material::YOUNGS_PA_MAX);
@@ -291,6 +302,13 @@ impl Dent {
             touched: pressing.contact.elements,
             volume_in_mm3,
             volume_out_mm3,
+            grows_mm: self.method.keeps_volume().then(|| {
+                let pressed_m3 = pot.pressed_m3();
+                let skins = pot.surfaces();
+                let inner_m3 = skins[1..].iter().take(1).map(Surface::enclosed_volume_m3).sum::<f64>();
+                let left_m3 = skins[0].enclosed_volume_m3() - inner_m3;
+                f64::from(self.pot.height.as_mm()) * pressed_m3 / left_m3
+            }),
             behind_mm: Some(pressing.behind_mm()),
             step_ns,
             profile_steps,

@@ -117,6 +117,7 @@ impl Scene {
             touched: self.reached().len() as u32,
             volume_in_mm3,
             volume_out_mm3,
+            grows_mm: None,
             behind_mm: None,
             step_ns,
             profile_steps: (0, 0),

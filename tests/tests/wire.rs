@@ -76,6 +76,8 @@ fn hello() -> impl Strategy<Value = Hello> {
         Just(Pass::None),
         any::<[u8; 32]>().prop_map(|bytes| Pass::Teacher(TeacherToken(bytes))),
         any::<[u8; 16]>().prop_map(|bytes| Pass::Resume(ResumeToken(bytes))),
+        any::<([u8; 16], [u8; 32])>()
+            .prop_map(|(back, teacher)| Pass::Return(ResumeToken(back), TeacherToken(teacher))),
     ];
     (text(), any::<u16>(), purpose, pass).prop_map(|(code, wheel, purpose, pass)| Hello { code, wheel, purpose, pass })
 }

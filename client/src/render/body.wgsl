@@ -84,7 +84,8 @@ fn water_at_rim(position_m: vec3<f32>) -> f32 {
 fn clay(position_m: vec3<f32>, normal: vec3<f32>, hollow_mm: f32, streak: f32, damp: f32, inside: bool) -> vec3<f32> {
     // a bend within the pixel spreads what it mirrors, or thin crests would sparkle
     let bend = length(fwidth(normal));
-    let pixel_m = length(fwidth(position_m));
+    // at an outline, where a neighbour lies far behind, no more than from the farthest view, or a tool's mark would be seen there
+    let pixel_m = min(length(fwidth(position_m)), 0.004);
     // it dries from the ridges down, so that its edge is ragged
     let wet = frame.wetness * mix(DRIED, 1.0, smoothstep(0.0, 1.0, damp + 0.10 * streak * (1.0 - damp)));
     let groove = clamp(hollow_mm * 2.2, -1.0, 1.0);

@@ -7,6 +7,7 @@
 use pottery_shared::session::{ClassEvent, Client, ClientError, ClientEvent};
 use pottery_shared::snapshot::TileLayout;
 use pottery_shared::units::Tick;
+use tokio::time::Instant;
 
 use super::{Command, Worker};
 use crate::connection::Joined;
@@ -75,6 +76,7 @@ impl Worker {
         self.arriving = joined.streams.arriving;
         self.session = session;
         self.is_coming = true;
+        self.heard_at = Instant::now();
         self.guiding.forget(&mut self.side, &self.view);
         self.way_back.note_return();
         // a server that has begun anew may count from less, and what the one before told is then newer for good

@@ -123,6 +123,10 @@ async fn work(session: &HeadlessSession, studio: &mut Studio) -> anyhow::Result<
         potters.push(potter);
         endpoints.push(endpoint);
     }
+    let _keeping = session.record.as_deref().map(|path| {
+        let view = potters[0].view().clone();
+        record::Keeping::begin(path, move || view.lock().recording.take())
+    });
     let mut lookers = Vec::new();
     for &detail in &session.watch {
         let endpoint = pottery_client::endpoint()?;

@@ -135,6 +135,10 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     }
     let last = studio.as_ref().and_then(Studio::last_pot);
     let (files, keeper) = (Files::new(session.opened.as_deref(), last), Keeper::open(Preferences::file()));
+    let keeping = session.record.as_deref().map(|path| {
+        let view = potter.view().clone();
+        record::Keeping::begin(path, move || view.lock().recording.take())
+    });
     // who hosts, or records, stays at the wheel
     let is_visitor = studio.is_none() && session.record.is_none();
     let means = means(session, (&runtime, endpoint, target), &event_loop);
@@ -142,7 +146,7 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy() };
     let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
     let (report, failure) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime)?;
-    drop(proxy);
+    drop((proxy, keeping));
     let recorded = match (&session.record, report) {
         (Some(path), Some(mut report)) => record::write(report.network.recording.take(), path),
         _ => Ok(()),
@@ -178,6 +182,7 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
     let means = means(working, (&runtime, endpoint, through), &event_loop);
     let first = alone.map_or(First::Page, |wheel| First::Only(wheel, *detail));
     let keeper = Keeper::open(Preferences::file());
+    note_trouble(&keeper);
     let looker = Looker::new(onlooker, first, &keeper, graphics, event_loop.create_proxy()).with_seats();
     let (_, failure) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime)?;
     drop(proxy);
@@ -241,7 +246,15 @@ pub(crate) fn replay(session: Session) -> anyhow::Result<Ended> {
         Err(error) => return Ok(Ended::NoDisplay(reason(&error))),
     };
     let keeper = Keeper::open(Preferences::file());
+    note_trouble(&keeper);
     let mut player = Player::new(session, keeper.words(), event_loop.create_proxy());
     event_loop.run_app(&mut player).context("the window failed")?;
     player.finish().map_or(Ok(Ended::ByPerson), Err)
+}
+
+/// Says what is in the way of a person's preferences, where no panel does.
+fn note_trouble(keeper: &Keeper) {
+    if let Some(trouble) = keeper.trouble(&keeper.words()) {
+        note!("{trouble}");
+    }
 }

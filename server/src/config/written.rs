@@ -1,7 +1,9 @@
-//! How numbers of a settings file are read, so that who writes another kind is told what to write.
+//! How numbers and addresses of a settings file are read, so that who writes something else is told what to write.
 //!
-//! Owns what a whole number is and its words; which number stands where is the file's affair.
-//! Invariant: what is told can be written in the number's place.
+//! Owns what a whole number is and its words; what stands where is the file's affair.
+//! Invariant: what is told can be written in its place.
+
+use std::net::SocketAddr;
 
 use serde::de::{Deserialize as _, Deserializer, Error as _};
 use toml::Value;
@@ -31,4 +33,13 @@ pub(crate) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f32>, 
         Value::Integer(number) => Ok(Some(number as f32)),
         _ => Err(D::Error::custom("write a number, such as 2.5")),
     }
+}
+
+/// An address to listen on.
+///
+/// # Errors
+/// Whatever else stands there.
+pub(crate) fn address<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SocketAddr>, D::Error> {
+    let written = Value::deserialize(from)?;
+    crate::address(written.as_str().unwrap_or_default()).map(Some).map_err(D::Error::custom)
 }

@@ -37,8 +37,8 @@ pub fn sentence(error: &(dyn Error + 'static)) -> String {
         }
     }
     for error in chain(error) {
-        let system = error.downcast_ref::<io::Error>().filter(|error| error.raw_os_error().is_some());
-        if let Some((theirs, ours)) = system.and_then(|error| Some((error.to_string(), words(error.kind())?))) {
+        let system = error.downcast_ref::<io::Error>();
+        if let Some((theirs, ours)) = system.and_then(|error| Some((error.to_string(), words(error)?))) {
             said = said.replace(&theirs, ours);
         }
     }
@@ -53,10 +53,14 @@ pub fn sentence(error: &(dyn Error + 'static)) -> String {
 /// let text = "wheels = 3\ncolumns = -5\n";
 /// assert_eq!(of_line(text, Some(21), "choose\na number"), "line 2, columns = -5: choose a number");
 /// assert_eq!(of_line(text, None, "no keys"), "no keys");
+/// let said = of_line("lobby = 3", Some(8), "invalid type: integer `3`, expected a boolean");
+/// assert_eq!(said, "line 1, lobby = 3: write true or false");
+/// let said = of_line("wheel = 3", Some(0), "unknown field `wheel`, expected one of `wheels`, `rows`");
+/// assert_eq!(said, "line 1, wheel = 3: there is no 'wheel' here; did you mean 'wheels'?");
 /// ```
 #[must_use]
 pub fn of_line(text: &str, came_to: Option<usize>, said: &str) -> String {
-    let said = said.trim_end().replace('\n', " ");
+    let said = instead(&said.trim_end().replace('\n', " "));
     let Some(before) = came_to.and_then(|byte| text.get(..byte)) else { return said };
     let line = before.matches('\n').count();
     let written = text.lines().nth(line).unwrap_or_default().trim();
@@ -67,10 +71,49 @@ fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn 
     core::iter::successors(Some(error), |&error| error.source())
 }
 
+/// What to write in the place of what a reader does not take, where its words name the kinds of a programming language.
+///
+/// ```
+/// use pottery_files::sentence::instead;
+///
+/// assert_eq!(instead("invalid value: integer `-1`, expected u32"), "write a whole number of 0 or more");
+/// assert_eq!(instead("duplicate key"), "duplicate key");
+/// ```
+#[must_use]
+pub fn instead(said: &str) -> String {
+    if let Some((name, known)) = said.strip_prefix("unknown field `").and_then(|rest| rest.split_once("`, expected ")) {
+        let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
+        let like = known.iter().map(|known| (strsim::jaro_winkler(name, known), known));
+        return match like.max_by(|one, other| one.0.total_cmp(&other.0)) {
+            Some((likeness, known)) if likeness > 0.85 => format!("there is no '{name}' here; did you mean '{known}'?"),
+            _ => format!("there is no '{name}' here, but {}", known.join(", ")),
+        };
+    }
+    let expected = said.strip_prefix("invalid ").and_then(|rest| rest.rsplit_once(", expected "));
+    let kind = expected.map(|(_, expected)| expected.split(" at line ").next().unwrap_or(expected));
+    let instead = match kind {
+        Some("a boolean") => "write true or false",
+        Some("u8" | "u16" | "u32" | "u64" | "usize") => "write a whole number of 0 or more",
+        Some("f32" | "f64") => "write a number, such as 2.5",
+        Some("a string" | "path string") => "write it in quotes",
+        Some("any valid TOML value") => "write a smaller number",
+        Some(kind) if kind.starts_with("struct ") || kind == "a map" => {
+            "write it as a table, with its name in brackets on a line of its own"
+        }
+        _ => return said.to_owned(),
+    };
+    instead.to_owned()
+}
+
 /// What is wrong with a file or an address, where that can be said better than the system does.
-const fn words(kind: io::ErrorKind) -> Option<&'static str> {
-    Some(match kind {
+fn words(error: &io::Error) -> Option<&'static str> {
+    if error.kind() == io::ErrorKind::InvalidData && error.get_ref().is_none() {
+        return Some("it holds no text");
+    }
+    error.raw_os_error()?;
+    Some(match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or folder",
+        io::ErrorKind::PermissionDenied => "permission denied",
         io::ErrorKind::IsADirectory => "that is a folder",
         io::ErrorKind::NotADirectory => "what stands before its name is no folder",
         io::ErrorKind::AlreadyExists => "something else of that name stands there",

@@ -66,6 +66,20 @@ pub enum Pass {
     Teacher(TeacherToken),
     /// That they were here before; neither code nor open door is needed then. One that is not known any more is as nothing.
     Resume(ResumeToken),
+    /// That they were here before, and that they teach should they not be known any more, as after the server has begun anew. A teacher's token that
+    /// is not known then either is as nothing.
+    Return(ResumeToken, TeacherToken),
+}
+
+impl Pass {
+    /// What one comes back with.
+    #[must_use]
+    pub const fn resume(&self) -> Option<&ResumeToken> {
+        match self {
+            Self::Resume(token) | Self::Return(token, _) => Some(token),
+            Self::None | Self::Teacher(_) => None,
+        }
+    }
 }
 
 /// A name from the list that there is: nobody types one.

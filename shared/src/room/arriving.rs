@@ -21,7 +21,7 @@ impl Room {
     /// Hears a greeting.
     pub(super) fn let_in(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
         let hello = Peer::read_greeting(frame)?;
-        if let Pass::Resume(token) = &hello.pass
+        if let Some(token) = hello.pass.resume()
             && let Some(client) = self.people.of_token(token)
         {
             return self.take_back_in(peer, client, &hello);
@@ -50,9 +50,9 @@ impl Room {
     /// As what somebody who greets so may come in.
     fn role_of(&mut self, peer: PeerId, hello: &Hello) -> Result<Role, Refusal> {
         let checked = match &hello.pass {
-            Pass::Teacher(token) if self.doors.is_teachers(token) => return Ok(Role::Teacher),
+            Pass::Teacher(token) | Pass::Return(_, token) if self.doors.is_teachers(token) => return Ok(Role::Teacher),
             Pass::Teacher(_) => Err(Refusal::Token),
-            Pass::None | Pass::Resume(_) => self.doors.check(&hello.code, self.now),
+            Pass::None | Pass::Resume(_) | Pass::Return(..) => self.doors.check(&hello.code, self.now),
         };
         if let Err(Refusal::Code | Refusal::Token) = checked {
             if self.wrong_codes.len() == WRONG_CODES_MAX {

@@ -21,7 +21,9 @@ use super::plan::Plan;
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// It does not start.
-    #[error("the server {program} cannot be started ({source}): build it with cargo build --release -p pottery-server")]
+    #[error(
+        "the server {program} cannot be started ({source}): cargo build --release -p pottery-server builds it, and --program names another"
+    )]
     Start {
         /// Which program.
         program: PathBuf,
@@ -189,7 +191,7 @@ fn greeted(lines: &Receiver<String>) -> Result<(SocketAddr, JoinCode), String> {
         }
         said.push(line);
     }
-    Err(if said.is_empty() { "it said nothing".to_owned() } else { said.join("; ") })
+    Err(if said.is_empty() { "it did not say where it listens".to_owned() } else { said.join("; ") })
 }
 
 /// The server beside this program.

@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use pottery_files::sentence::of_line;
+use pottery_files::sentence::{instead, of_line};
 use pottery_shared::protocol::DetailWire;
 use pottery_shared::snapshot::{Detail, DetailError};
 use serde::{Deserialize, Serialize};
@@ -243,6 +243,8 @@ impl Plan {
     pub const FULL_POTTERS_MAX: u32 = 64;
     /// Most knocks of strangers, a second.
     pub const STRANGERS_MAX: u32 = 10_000;
+    /// Longest that people come, and that is left out of the figures after it, s.
+    pub const PREPARATION_MAX_S: f64 = 3600.0;
     /// Longest run, s.
     pub const DURATION_MAX_S: f64 = 86_400.0;
 
@@ -259,7 +261,7 @@ impl Plan {
         }
         let text = std::fs::read_to_string(&path).map_err(|source| PlanError::File { path: path.clone(), source })?;
         let parsed = if path.extension().is_some_and(|ending| ending == "json") {
-            serde_json::from_str(&text).map_err(|error| error.to_string())
+            serde_json::from_str(&text).map_err(|error| instead(&error.to_string()))
         } else {
             toml::from_str(&text).map_err(|error| of_line(&text, error.span().map(|span| span.start), error.message()))
         };
@@ -284,8 +286,8 @@ impl Plan {
         let people_min = f64::from(u8::from(self.strangers_per_s == 0));
         within("potters and spectators", f64::from(self.people()), people_min, people_max)?;
         within("full_potters", f64::from(self.full_potters), 0.0, f64::from(Self::FULL_POTTERS_MAX))?;
-        within("ramp_s", self.ramp_s, 0.0, 3600.0)?;
-        within("warmup_s", self.warmup_s, 0.0, 3600.0)?;
+        within("ramp_s", self.ramp_s, 0.0, Self::PREPARATION_MAX_S)?;
+        within("warmup_s", self.warmup_s, 0.0, Self::PREPARATION_MAX_S)?;
         within("duration_s", self.duration_s, 1.0, Self::DURATION_MAX_S)?;
         within("burst_s", self.burst_s.unwrap_or(1.0), 0.1, 3600.0)?;
         within("slow_share", self.slow_share, 0.0, 1.0)?;

@@ -413,7 +413,12 @@ impl<'a> Watched<'a> {
         }
         let refusals = self.studio.recorder.refusals();
         if self.studio.plan.people() > 0 && self.total.join_us.is_empty() {
-            let reasons = refusals.unwrap_or_else(|| "nobody was answered".into());
+            let reasons = refusals.unwrap_or_else(|| match &self.options.against {
+                Against::Running { address, .. } => {
+                    format!("nothing answers at {address}; is a server there, and is the port right?")
+                }
+                Against::Spawned { .. } => "the server that was started answers nothing".into(),
+            });
             return Err(RunError::Nobody { reasons });
         }
         self.summarise();

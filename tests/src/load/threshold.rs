@@ -48,6 +48,12 @@ pub enum ThresholdError {
         /// What was given.
         text: String,
     },
+    /// A bound below every figure.
+    #[error("a figure is never less than nothing: give {text:?} a bound of 0 or more")]
+    Negative {
+        /// What was given.
+        text: String,
+    },
     /// No such figure.
     #[error("there is no figure {figure:?}: choose {known}")]
     Figure {
@@ -96,6 +102,9 @@ impl FromStr for Threshold {
         let found = Relation::ALL.iter().find_map(|(sign, relation)| Some((text.split_once(sign)?, *relation)));
         let ((left, right), relation) = found.ok_or_else(form)?;
         let bound = right.trim().parse::<f64>().ok().filter(|bound| bound.is_finite()).ok_or_else(form)?;
+        if bound < 0.0 {
+            return Err(ThresholdError::Negative { text: text.to_owned() });
+        }
         let (figure, quantile) = match left.trim().split_once(':') {
             Some((figure, quantile)) => (figure.trim(), Some(quantile.trim().to_owned())),
             None => (left.trim(), None),

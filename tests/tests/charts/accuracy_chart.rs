@@ -361,7 +361,7 @@ fn dent_is_written_for_every_element_and_printed() {
     let output = run(&["dent", "--method", "ours", "--grid", "60x70", "--release", "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
-    for word in ["radial force", "volume in", "volume out", "a step"] {
+    for word in ["radial force", "volume in", "volume out", "pot grows", "a step"] {
         assert!(said.contains(word), "{said}");
     }
     let text = std::fs::read_to_string(&file).unwrap();
@@ -398,6 +398,8 @@ fn grid_that_is_too_coarse_for_the_tool_is_warned_of_with_one_that_is_not() {
     assert!(warning(&["--tool-radius-mm", "0.5", "--depth-mm", "0.1"]).contains("no grid is fine enough"));
     assert_eq!(warning(&["--grid", "126x68"]), "");
     assert!(warning(&["--depth-mm", "0.04"]).contains("elements, so that its force comes in steps; press deeper"));
+    let wide = ["--pot-radius-mm", "150", "--wall-mm", "20", "--depth-mm", "1"];
+    assert!(warning(&wide).contains("columns across, so that force and dent come in steps"));
     // the reference's own
     assert_eq!(warning(&["--tool-radius-mm", "8", "--wall-mm", "8", "--depth-mm", "4"]), "");
     // no element is touched, and none was timed

@@ -186,8 +186,15 @@ fn who_was_cut_off_never_sees_an_untouched_pot() {
                 is_bowl(&view.pot) && is_bowl(view.picture.drawn())
             };
             until("the bowl is there", ms(5_000), || is_bowl(&seat.view.lock().pot)).await;
-            // the hand is away from the bowl, so that everything is confirmed
+            // the hand is away from the bowl, so that everything is confirmed, and the server is heard all the same
+            for _ in 0..3_000 {
+                assert!(seat.view.lock().silence < ms(1_500), "seed {seed}: {:?}", seat.view.lock().silence);
+                sleep(ms(1)).await;
+            }
             simulation.network.cut(Simulation::address_of(1), true);
+            let cut_at = Instant::now();
+            until("the silence is known", ms(2_500), || seat.view.lock().silence > ms(2_000)).await;
+            assert!(cut_at.elapsed() < ms(2_500) && seat.view.lock().link == Link::Open);
             until("the line is lost", ms(30_000), || matches!(seat.view.lock().link, Link::ComingBack(_))).await;
             simulation.network.cut(Simulation::address_of(1), false);
             let mut waited_ms = 0;
@@ -212,5 +219,24 @@ fn who_was_cut_off_never_sees_an_untouched_pot() {
             seat.leave().await;
             simulation.server.stop().await;
         }
+    });
+}
+
+#[test]
+fn what_is_recorded_is_told_before_the_end() {
+    in_virtual_time(async {
+        let simulation = Simulation::open(6, ServerConfig::default()).unwrap();
+        let own = simulation.endpoint(1, Quality::LAN, Quality::LAN).unwrap();
+        let options = PotterOptions { record: true, ..PotterOptions::default() };
+        let seat = Sitting::with(&own, &simulation.target(1), options).await;
+        until("the recording is told", ms(31_000), || seat.view.lock().recording.is_some()).await;
+        let told = seat.view.lock().recording.take().unwrap();
+        let report = seat.leave().await;
+        let whole = report.recording.unwrap();
+        let (told, whole) = (told.stroke(), whole.stroke());
+        assert!((29.0..31.0).contains(&told.end()) && whole.end() >= told.end(), "{} of {} s", told.end(), whole.end());
+        let middle_s = 0.5 * told.end();
+        assert!(told.at(middle_s).is_some() && told.at(middle_s) == whole.at(middle_s));
+        simulation.server.stop().await;
     });
 }

@@ -378,6 +378,8 @@ async fn where_nobody_listens_the_answer_comes_in_time() {
         assert!(waited < ms(6500), "{address}: {waited:?}");
         assert_is_a_sentence(&error.to_string());
     }
+    let (error, _) = refusal(&Target::new("127.0.0.1:99999".into(), code, 1)).await;
+    assert!(error.to_string().contains("a port is a number up to 65535"), "{error}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

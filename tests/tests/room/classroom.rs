@@ -382,6 +382,29 @@ fn wrong_old_expired_and_locked_codes_are_told_apart_and_only_guesses_are_counte
 }
 
 #[test]
+fn a_teacher_who_comes_back_teaches_also_where_the_server_has_begun_anew() {
+    let mut class = Class::open();
+    let before = class.teacher(1, 1);
+    let token = class.line(1).resume.unwrap();
+    class.student(2, 2);
+    class.room.handle_gone(PeerId(1));
+    assert!(matches!(class.greet(3, &works(1, Pass::Return(token, TOKEN))), Some(Notice::Welcome(_))));
+    class.pass(100, &[]);
+    assert_eq!(class.place(3), PlaceWire { resume: None, ..before });
+
+    // another server, which knows neither of them
+    let mut anew = Class::open();
+    assert!(matches!(anew.greet(1, &works(1, Pass::Return(token, TOKEN))), Some(Notice::Welcome(_))));
+    anew.pass(100, &[]);
+    assert_eq!(anew.place(1).role, Role::Teacher);
+    // what is no teacher's token there is as nothing
+    let foreign = Pass::Return(ResumeToken([0; 16]), TeacherToken([0x5b; 32]));
+    assert!(matches!(anew.greet(2, &works(2, foreign)), Some(Notice::Welcome(_))));
+    anew.pass(100, &[]);
+    assert_eq!(anew.place(2).role, Role::Student);
+}
+
+#[test]
 fn whoever_comes_back_finds_seat_name_number_and_pot_whatever_the_door() {
     let mut class = Class::open();
     class.teacher(1, 1);

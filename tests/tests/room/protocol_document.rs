@@ -112,6 +112,18 @@ fn greetings() -> Vec<Value> {
         ),
         greeting(
             &Hello {
+                code: "K7QM3XPD".into(),
+                wheel: 1,
+                purpose: Purpose::Works { retells: true },
+                pass: Pass::Return(ResumeToken([0xc3; 16]), TeacherToken([0x5a; 32])),
+            },
+            json!({
+                "code": "K7QM3XPD", "wheel": 1, "purpose": { "works": true },
+                "pass": { "return": ["c3".repeat(16), "5a".repeat(32)] }
+            }),
+        ),
+        greeting(
+            &Hello {
                 code: "00000000".into(),
                 wheel: 0,
                 purpose: Purpose::Watches { bytes_per_s: 100_000 },

@@ -73,6 +73,8 @@ const DRY_EVERY: Duration = Duration::from_secs(15);
 const WET_HAND_M: f32 = 0.012;
 /// How long a sentence stays that says why something was not done.
 const REFUSED_FOR: Duration = Duration::from_secs(10);
+/// How long nothing may come from the server before it is said.
+const SILENCE_MAX: Duration = Duration::from_secs(2);
 /// Time between two requests: a slider that is dragged asks for where it is, not for everywhere it was.
 const ASK_EVERY: Duration = Duration::from_millis(150);
 /// Time after which the answer to a request has surely come.
@@ -441,7 +443,8 @@ impl App {
             Some(Err(reason)) => self.refusal = Some((Instant::now(), reason)),
         }
         self.refusal.take_if(|(at, _)| at.elapsed() > REFUSED_FOR);
-        let round_trip_ms = (view.link == Link::Open).then(|| view.round_trip.as_secs_f32() * 1e3);
+        let is_heard = view.link == Link::Open && view.silence < SILENCE_MAX;
+        let round_trip_ms = is_heard.then(|| view.round_trip.as_secs_f32() * 1e3);
         if (has_cause || self.figures_at.elapsed() >= FIGURES_IDLE) && self.held.count(status.ticks()) {
             self.panel.device = self.held.said(&self.panel.words);
             self.panel.pace = self.held.pace(&self.panel.words, self.potter.granted());
@@ -468,6 +471,7 @@ impl App {
             (Link::Closed, _) => Some(self.panel.words.say("closed")),
             (Link::ComingBack(_), _) => Some(self.panel.words.say("coming-back")),
             (Link::Lost(reason), _) => Some(reason.clone()),
+            (Link::Open, _) if !is_heard => Some(self.panel.words.say("silence")),
             (Link::Open, fault) => monitor
                 .and_then(|monitor| monitor.notice())
                 .or_else(|| fault.map(|fault| fault.to_string()))

@@ -44,6 +44,8 @@ enum Outcome {
     Taken(PathBuf),
     /// What is in the way, in a sentence.
     Refused(String),
+    /// No file is named.
+    Nameless,
     /// The thread did not come to an end.
     Lost,
     NoThread(String),
@@ -61,6 +63,7 @@ impl Outcome {
             Self::Opened(path, _) => words.say_with("opened", &[("path", &of(path))]),
             Self::Taken(path) => words.say_with("replace", &[("path", &of(path))]),
             Self::Refused(sentence) => sentence.clone(),
+            Self::Nameless => words.say("no-name"),
             Self::Lost => words.say("not-written"),
             Self::NoThread(reason) => words.say_with("no-thread", &[("reason", reason)]),
         }
@@ -168,6 +171,10 @@ impl Files {
         }
         let Some(wish) = self.wish.take() else { return };
         let path = self.target(wish);
+        if path.file_name().is_none() {
+            self.outcome = Some(Outcome::Nameless);
+            return;
+        }
         if wish.writes() && path.exists() && !self.replaceable.contains(&path) {
             self.outcome = Some(Outcome::Taken(path.clone()));
             self.replaceable.push(path);

@@ -40,7 +40,8 @@ pub(super) struct Hand {
     /// Where the pointer is in the picture, −1 to 1.
     pointer: Option<Vec2>,
     button: bool,
-    /// What the button pushes at the moment, m.
+    /// What the button pushes in the end, which wheel and keys change while it is held, m, and what at the moment.
+    button_m: f32,
     by_button_m: f32,
     /// What was set by wheel or key, m, and what of that is pushed at the moment.
     set_m: f32,
@@ -61,6 +62,7 @@ impl Hand {
         let mut hand = Self {
             pointer: None,
             button: false,
+            button_m: 0.0,
             by_button_m: 0.0,
             set_m: 0.0,
             by_wheel_m: 0.0,
@@ -81,6 +83,9 @@ impl Hand {
     }
 
     pub(super) const fn press_button(&mut self, pressed: bool) {
+        if pressed && !self.button {
+            self.button_m = (GAP_M + BUTTON_DEPTH_M).max(self.set_m);
+        }
         self.button = pressed;
     }
 
@@ -99,16 +104,17 @@ impl Hand {
         self.crossing_s = Some(0.0);
     }
 
-    /// Pushes in by so much more, or less, as fast as the button does.
+    /// Pushes in by so much more, or less, as fast as the button does: what the button pushes while it is held, and otherwise what stays.
     pub(super) fn push(&mut self, by_m: f32) {
-        let set_m = (self.set_m + by_m).min(PUSHED_MAX_M);
+        let pushed_m = if self.button { &mut self.button_m } else { &mut self.set_m };
+        let to_m = (*pushed_m + by_m).min(PUSHED_MAX_M);
         // as many steps back as there were, but for what is rounded
-        self.set_m = if set_m < LEAST_M { 0.0 } else { set_m };
+        *pushed_m = if to_m < LEAST_M { 0.0 } else { to_m };
     }
 
     /// What the button pushes in the end, m.
     fn held_m(&self) -> f32 {
-        if self.button && self.crossing_s.is_none() { GAP_M + BUTTON_DEPTH_M } else { 0.0 }
+        if self.button && self.crossing_s.is_none() { self.button_m } else { 0.0 }
     }
 
     /// Whether more is to be pushed or let out than is at the moment.
@@ -309,6 +315,30 @@ mod tests {
         let pushed_m = pushed.length() - free.length();
         assert!((pushed_m - hand.pushed_m() - GAP_M).abs() < 1e-5 && pushed_m > 0.005, "{pushed_m}");
         assert!(free.perp_dot(pushed).abs() < 1e-6, "it is pushed straight outwards");
+    }
+
+    #[test]
+    fn wheel_and_keys_change_how_deep_a_held_button_pushes_and_letting_go_frees_the_tool() {
+        let (mut hand, _) = hand_at(Vec2::new(0.0, 0.1));
+        hand.press_button(true);
+        let pushed_after = |hand: &mut Hand, steps: i8| {
+            (0..steps.abs()).for_each(|_| hand.push(f32::from(steps.signum()) * 0.001));
+            (0..50).for_each(|_| hand.pass(0.02));
+            hand.pushed_m()
+        };
+        for (steps, pushed_m) in [(0, 0.006), (3, 0.009), (-4, 0.005)] {
+            let found_m = pushed_after(&mut hand, steps);
+            assert!((found_m - pushed_m).abs() < 1e-6, "after {steps} steps {found_m} m");
+        }
+        hand.press_button(false);
+        hand.pass(0.1);
+        assert!(hand.is_free() && !hand.is_on_its_way());
+        // what was set without the button stays when the button is let go
+        (0..7).for_each(|_| hand.push(0.001));
+        hand.press_button(true);
+        assert!((pushed_after(&mut hand, 1) - 0.007).abs() < 1e-6);
+        hand.press_button(false);
+        assert!((pushed_after(&mut hand, 0) - 0.003).abs() < 1e-6);
     }
 
     #[test]

@@ -568,6 +568,7 @@ fn show_close(
         if !is_alone && ui.button(words.say("all-wheels")).clicked() {
             wish = Some(None);
         }
+        ui.label(RichText::new(words.say(if is_alone { "close-keys-alone" } else { "close-keys" })).small());
     });
     wish
 }

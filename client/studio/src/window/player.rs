@@ -176,6 +176,8 @@ impl Player {
                     ui.add(slider.custom_parser(Words::parse));
                 });
                 ui.label(RichText::new(&compared).small());
+                let leap = words.number(LEAP_S, 0);
+                ui.label(RichText::new(words.say_with("replay-keys", &[("seconds", &leap)])).small());
             });
         });
         let (phase, rack) = (replay.conditions().phase(playback.tick()), replay.rack());

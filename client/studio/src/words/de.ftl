@@ -86,6 +86,7 @@ file-busy = einen Augenblick …
 written = geschrieben: { $path }
 opened = { $path } kommt auf die Scheibe
 replace = { $path } gibt es schon: noch einmal ersetzt sie
+no-name = Gib der Datei erst einen Namen.
 not-written = die Datei wurde nicht geschrieben
 no-thread = kein Faden für die Datei: { $reason }
 
@@ -118,6 +119,7 @@ quality-slow = langsam
 ## Sentences that must be seen
 
 not-heard = die Werkstatt hört dieses Programm nicht mehr
+silence = gerade kommt nichts von der Werkstatt; was du drückst, zählt, sobald sie antwortet
 coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Platz …
 closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück
@@ -141,6 +143,7 @@ guide = führen (N)
 take-over = übernehmen (J)
 let-go = loslassen (J)
 wipe = wischen
+taken-over-by = { $name } hat dein Werkzeug übernommen
 guided-by = { $name } führt dich: { $mode }, { $percent } %
 guided-apart = { $apart } mm vom Werkzeug der Lehrperson, { $late } ms später gezeigt
 guided-help = Hilfe
@@ -156,11 +159,13 @@ target-file = wie die genannte Topfdatei
 target-none = nichts
 target-figures = { $rms } mm RMS daneben, höchstens { $most } mm bei { $at } mm; { $higher } mm höher
 ended-teacher = Die Lehrperson hat losgelassen.
+ended-own = Du hast losgelassen.
 ended-student = Die geführte Hand hat losgelassen.
 ended-gone = Die andere Hand ist fort.
 ended-replaced = Die Lehrperson führt jetzt eine andere Hand.
 no-guidance-teacher = Nur eine Lehrperson kann eine Hand führen.
 no-guidance-nobody = Niemand mit dieser Nummer arbeitet an einer Scheibe.
+no-guidance-student = An keiner Scheibe ist jemand, der sich führen ließe.
 no-guidance-hand = Wer führt, braucht einen Platz an einer Scheibe.
 no-guidance-unknown = Der Server kennt das nicht; ist er von einer anderen Version?
 no-order-teacher = Das kann nur eine Lehrperson; tritt mit ihrem Token bei.
@@ -246,6 +251,9 @@ lesson-close = Schließen
 
 replay-equal = { $snapshots } Stände kamen heraus, wie sie aufgezeichnet sind
 replay-unlike = der Ton bei { $seconds } s kam anders heraus, als er aufgezeichnet ist
+replay-keys = Leertaste: abspielen, anhalten · ← →: { $seconds } s · Pos1: Anfang · R: Ansicht · Esc: gehen
+close-keys = ← →, ziehen: drehen · Esc: alle Scheiben
+close-keys-alone = ← →, ziehen: drehen · Esc: gehen
 replay-pause = Anhalten
 replay-play = Abspielen
 
@@ -292,4 +300,5 @@ class-new-code = Neuer Code
 class-end = Unterricht beenden
 class-end-surely = Alle nach Hause schicken?
 class-progress = Scheibe { $wheel }, { $names }: { $rms } mm RMS daneben, höchstens { $most } mm
+leaving-ends = Es sind noch andere hier: noch einmal Esc schließt die Werkstatt für alle.
 class-held = im Moment zählt hier kein Druck: schau zu

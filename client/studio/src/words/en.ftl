@@ -86,6 +86,7 @@ file-busy = one moment …
 written = written: { $path }
 opened = { $path } is put on the wheel
 replace = { $path } is there already: ask once more to replace it
+no-name = Give the file a name first.
 not-written = the file was not written
 no-thread = no thread for the file: { $reason }
 
@@ -118,6 +119,7 @@ quality-slow = slow
 ## Sentences that must be seen
 
 not-heard = the studio does not hear this client any more
+silence = nothing comes from the studio at the moment; what you press counts once it answers
 coming-back = the connection broke; coming back to your seat …
 closed = the studio has closed; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back
@@ -141,6 +143,7 @@ guide = guide (N)
 take-over = take over (J)
 let-go = let go (J)
 wipe = wipe
+taken-over-by = { $name } has taken your tool over
 guided-by = { $name } guides you: { $mode }, { $percent } %
 guided-apart = { $apart } mm from the teacher's tool, shown { $late } ms late
 guided-help = help
@@ -156,11 +159,13 @@ target-file = as the pot file of that name
 target-none = nothing
 target-figures = off by { $rms } mm RMS, { $most } mm at most at { $at } mm; { $higher } mm higher
 ended-teacher = The teacher has let go.
+ended-own = You have let go.
 ended-student = The student has let go.
 ended-gone = The other hand is gone.
 ended-replaced = The teacher guides another hand now.
 no-guidance-teacher = Only a teacher can guide a hand.
 no-guidance-nobody = Nobody of that number works at a wheel.
+no-guidance-student = There is no student at a wheel to guide.
 no-guidance-hand = Who guides needs a place at a wheel.
 no-guidance-unknown = The server does not know that; is it of another version?
 no-order-teacher = Only a teacher can do that; join with the teacher's token.
@@ -246,6 +251,9 @@ lesson-close = Close
 
 replay-equal = { $snapshots } snapshots came out as they were recorded
 replay-unlike = the clay of { $seconds } s came out otherwise than it was recorded
+replay-keys = space: play or pause · ← →: { $seconds } s · Home: begin · R: view · Esc: leave
+close-keys = ← →, drag: turn · Esc: all wheels
+close-keys-alone = ← →, drag: turn · Esc: leave
 replay-pause = Pause
 replay-play = Play
 
@@ -292,4 +300,5 @@ class-new-code = New code
 class-end = End the lesson
 class-end-surely = Send everybody home?
 class-progress = wheel { $wheel }, { $names }: off by { $rms } mm RMS, { $most } mm at most
+leaving-ends = Others are here: press Esc once more to close the studio for everybody.
 class-held = at the moment nobody's press counts here: look on

@@ -185,6 +185,8 @@ fn refusal(error: DentError) -> String {
 
 /// So many elements that a force is a sum and not a staircase.
 const FEW: u32 = 6;
+/// Columns across a contact from which on they tell its force within some percent.
+const FEW_ACROSS: f32 = 4.0;
 
 /// What is to be known of a grid whose elements are longer than a quarter of the tool's radius.
 fn coarse(dent: &Dent) -> Option<String> {
@@ -226,6 +228,11 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
             "accuracy-chart: the tool touches {} elements, so that its force comes in steps; press deeper, or give a finer --grid",
             dented.touched
         ));
+    } else if let Some(columns) = dent.columns_across().filter(|columns| *columns < FEW_ACROSS) {
+        remark(format_args!(
+            "accuracy-chart: the tool is met by {columns:.1} columns across, so that force and dent come in steps of up to a tenth; press deeper, or give \
+             more columns with --grid"
+        ));
     }
     let idle = flags.idle();
     if dent.method != MethodKind::Plastic && !idle.is_empty() {
@@ -266,6 +273,9 @@ fn print(flags: &DentFlags, dent: &Dent, dented: &Dented) -> Result<(), Box<dyn 
     }
     writeln!(Printed, "volume in       {:.2} mm³", dented.volume_in_mm3)?;
     writeln!(Printed, "volume out      {:.2} mm³", dented.volume_out_mm3)?;
+    if let Some(grows_mm) = dented.grows_mm {
+        writeln!(Printed, "pot grows       {:.3} mm higher by what stays pressed in", thousandths(grows_mm))?;
+    }
     let knows_inside = dent.method == MethodKind::Plastic && dent.pot.support == Support::Hollow;
     if let Some(behind_mm) = dented.behind_mm.filter(|_| knows_inside) {
         let behind_mm = thousandths(behind_mm);

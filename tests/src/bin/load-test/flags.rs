@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
+use pottery_client::Target;
 use pottery_files::flags::number_from;
 use pottery_files::sentence::sentence;
 use pottery_server::ServerConfig;
@@ -82,13 +83,13 @@ pub(crate) struct RunFlags {
     #[arg(long, conflicts_with_all = ["server", "code"])]
     spawn: bool,
     /// The server's program [default: pottery-server beside this program]
-    #[arg(long, value_name = "FILE", requires = "spawn")]
+    #[arg(long, value_name = "FILE", requires = "spawn", conflicts_with = "server")]
     program: Option<PathBuf>,
     /// Keep a spawned server to so many of this machine's cores and everybody else to the others, so that neither waits for the other
-    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = number_from(1_usize, 1024))]
+    #[arg(long, value_name = "COUNT", requires = "spawn", conflicts_with = "server", value_parser = number_from(1_usize, 1024))]
     server_cores: Option<usize>,
     /// Threads of the server [default: as many as it has cores]
-    #[arg(long, value_name = "COUNT", requires = "spawn", value_parser = number_from(1_u8, 64))]
+    #[arg(long, value_name = "COUNT", requires = "spawn", conflicts_with = "server", value_parser = number_from(1_u8, 64))]
     server_threads: Option<u8>,
     /// A server that runs already
     #[arg(long, value_name = "ADDRESS", requires = "code")]
@@ -102,7 +103,7 @@ pub(crate) struct RunFlags {
     /// A scenario by name, or a TOML or JSON file
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
-    /// Wheels of a spawned server; people are spread over them
+    /// Wheels of a spawned server, or those that a running one has; people are spread over them
     #[arg(long, value_parser = number_from(1, ServerConfig::WHEELS_MAX))]
     wheels: Option<u16>,
     /// Wheels that people sit at, when not all
@@ -123,13 +124,13 @@ pub(crate) struct RunFlags {
     #[arg(long, value_parser = number_from(0, Plan::FULL_POTTERS_MAX))]
     full_potters: Option<u32>,
     /// Seconds over which people come
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(0.0, Plan::PREPARATION_MAX_S))]
     ramp: Option<f64>,
     /// Seconds after that which are left out of the figures
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(0.0, Plan::PREPARATION_MAX_S))]
     warmup: Option<f64>,
     /// Seconds that are measured
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = number_from(1.0, Plan::DURATION_MAX_S))]
     duration: Option<f64>,
     /// Wrong codes a second that strangers try in the second half, all from one address
     #[arg(long, value_name = "PER_SECOND", conflicts_with = "beyond_loopback", value_parser = number_from(0, Plan::STRANGERS_MAX))]
@@ -144,7 +145,7 @@ pub(crate) struct RunFlags {
     #[arg(long)]
     abort_on_fail: bool,
     /// How late the generator may send at the 99th percentile before the run is invalid; who looks on may be 17 ms late
-    #[arg(long, value_name = "MS", default_value_t = 5.0)]
+    #[arg(long, value_name = "MS", default_value_t = 5.0, value_parser = number_from(0.0001, 60_000.0))]
     lag_max_ms: f64,
     /// Threads of the generator for those who press, and as many for those who look on
     #[arg(long, default_value_t = 1, value_parser = number_from(1_u8, 64))]
@@ -174,7 +175,7 @@ pub(crate) struct KneeFlags {
     #[arg(long, default_value_t = 2000, value_parser = number_from(1, Plan::PEOPLE_MAX))]
     to: u32,
     /// From one load to the next, above 1
-    #[arg(long, default_value_t = 1.5)]
+    #[arg(long, default_value_t = 1.5, value_parser = number_from(1.001, 100.0))]
     factor: f64,
     /// Times that the way between the last that held and the first that broke is halved
     #[arg(long, default_value_t = 2, value_parser = number_from(0_u32, 32))]
@@ -201,7 +202,7 @@ pub(crate) struct SoakFlags {
     #[arg(long, value_name = "SECONDS", value_parser = number_from(1, Plan::DURATION_MAX_S as u64))]
     pub(crate) virtual_s: Option<u64>,
     /// How much memory may grow beyond twice the error of the line through it, MB
-    #[arg(long, value_name = "MB", default_value_t = 1.0)]
+    #[arg(long, value_name = "MB", default_value_t = 1.0, value_parser = number_from(0.0, 1e6))]
     pub(crate) growth_max_mb: f64,
 }
 
@@ -224,6 +225,11 @@ impl RunFlags {
         plan.duration_s = self.duration.unwrap_or(plan.duration_s);
         plan.strangers_per_s = self.strangers.unwrap_or(plan.strangers_per_s);
         plan.seed = self.seed.unwrap_or(plan.seed);
+        if let Some(full) = self.full_potters.filter(|full| *full > plan.potters) {
+            return Err(
+                format!("--full-potters {full} are more than all {} who press: raise --potters", plan.potters).into()
+            );
+        }
         Ok(plan.checked()?)
     }
 
@@ -241,9 +247,6 @@ impl RunFlags {
     /// How the run is gone through, once its files can be written.
     pub(crate) fn options(&self) -> Result<Options, Box<dyn std::error::Error>> {
         self.check_files()?;
-        if !(self.lag_max_ms.is_finite() && self.lag_max_ms > 0.0) {
-            return Err("--lag-max-ms has to be more than 0".into());
-        }
         Ok(Options {
             against: self.against()?,
             punctuality: Punctuality { lag_max: Duration::from_secs_f64(self.lag_max_ms * 1e-3) },
@@ -258,6 +261,7 @@ impl RunFlags {
     fn against(&self) -> Result<Against, Box<dyn std::error::Error>> {
         match (&self.server, &self.code) {
             (Some(address), Some(code)) => {
+                check_address(address, code)?;
                 if !self.beyond_loopback && !is_loopback(address) {
                     return Err(format!(
                         "{address} is not on this machine: a load test may keep others from their work, so ask first and \
@@ -285,6 +289,14 @@ impl RunFlags {
     }
 }
 
+/// Whether an address leads anywhere, which is better known before a run than after it.
+fn check_address(address: &str, code: &JoinCode) -> Result<(), Box<dyn std::error::Error>> {
+    let target = Target::new(address.to_owned(), code.clone(), 1);
+    let looking = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    looking.block_on(target.resolved())?;
+    Ok(())
+}
+
 /// Whether an address as typed names this machine.
 fn is_loopback(address: &str) -> bool {
     let host = address.rsplit_once(':').filter(|(host, _)| !host.contains(':') || host.ends_with(']'));
@@ -299,9 +311,6 @@ impl KneeFlags {
             return Err(
                 "a knee is where a threshold breaks: say which with --threshold, as in delta_age_ms:p99<20".into()
             );
-        }
-        if !(factor > 1.0 && factor.is_finite()) {
-            return Err(format!("a --factor of {factor} raises nothing: choose one above 1").into());
         }
         if from > to {
             return Err(format!("--from {from} is above --to {to}: choose one that is not").into());
@@ -348,10 +357,6 @@ impl LawFlags {
 impl SoakFlags {
     /// The scenario `soak` unless another is named.
     pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
-        let growth_mb = self.growth_max_mb;
-        if !(growth_mb.is_finite() && growth_mb >= 0.0) {
-            return Err(format!("--growth-max-mb {growth_mb} bounds nothing: choose 0 or more").into());
-        }
         self.run.plan_of(self.run.scenario.as_deref().or(Some("soak")))
     }
 }

@@ -3,6 +3,8 @@
 //! Owns which key does what; what is done is the hand's, the panel's and the camera's.
 //! Invariant: every key here stands in the table of keys.
 
+use std::time::Instant;
+
 use glam::Vec2;
 use pottery_client::render::Camera;
 use winit::event::{KeyEvent, Touch};
@@ -98,9 +100,16 @@ impl App {
             self.panel.shows_help = false;
         } else if self.panel.fitting.is_some() {
             self.answer_fitting(Answer::Leave);
-        } else {
+        } else if self.invitation.is_none() || !self.panel.class.has_others() || self.is_leaving() {
             event_loop.exit();
+        } else {
+            self.refusal = Some((Instant::now(), self.panel.words.say("leaving-ends")));
         }
+    }
+
+    /// Whether it was said that leaving closes the studio for others as well, and still stands there.
+    fn is_leaving(&self) -> bool {
+        self.refusal.as_ref().is_some_and(|(_, said)| *said == self.panel.words.say("leaving-ends"))
     }
 
     fn key(&mut self, event_loop: &ActiveEventLoop, key: &Key) {

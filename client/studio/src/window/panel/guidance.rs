@@ -55,6 +55,8 @@ pub(in crate::window) enum Wanted {
 #[derive(Debug)]
 pub(in crate::window) struct Guidance {
     part: Part,
+    /// What it was in the last pair.
+    last_part: Part,
     teaches: bool,
     /// Those who can be guided, and what everybody is called.
     students: Vec<u16>,
@@ -72,12 +74,15 @@ pub(in crate::window) struct Guidance {
     wishes: Vec<GuideCommand>,
     wanted: Option<Wanted>,
     lets_go: bool,
+    /// Whether somebody was to be guided where there is nobody.
+    lacks_student: bool,
 }
 
 impl Default for Guidance {
     fn default() -> Self {
         Self {
             part: Part::None,
+            last_part: Part::None,
             teaches: false,
             students: Vec::new(),
             names: BTreeMap::new(),
@@ -93,6 +98,7 @@ impl Default for Guidance {
             wishes: Vec::new(),
             wanted: None,
             lets_go: false,
+            lacks_student: false,
         }
     }
 }
@@ -109,13 +115,17 @@ impl Guidance {
             Some(pair) if pair.student == view.number => Part::Student,
             Some(_) => Part::Teacher,
         };
+        if self.part != Part::None {
+            self.last_part = self.part;
+        }
         self.names = view.class.people().map(|person| (person.client, person.name)).collect();
         let others = view.class.people().filter(|person| person.role == Role::Student && person.works);
         self.students = others.map(|person| person.client).collect();
         self.student = self.student.filter(|student| self.students.contains(student));
-        let ended = view.guidance.ended.take().map(|why| words.say(ended(why)));
+        let ended = view.guidance.ended.take().map(|why| words.say(ended(why, self.last_part)));
         let refused = view.guidance.refused.take().map(|why| words.say(refused(why)));
-        if let Some(sentence) = ended.or(refused) {
+        let lacking = std::mem::take(&mut self.lacks_student).then(|| words.say("no-guidance-student"));
+        if let Some(sentence) = ended.or(refused).or(lacking) {
             self.said = Some((Instant::now(), sentence));
         }
         self.said.take_if(|(at, _)| at.elapsed() > SAID_FOR);
@@ -199,9 +209,13 @@ impl Guidance {
     }
 
     fn guide(&mut self, guidance: How) {
-        if let Some(student) = self.student.or(self.students.first().copied()).filter(|_| self.teaches) {
-            self.student = Some(student);
-            self.wishes.push(GuideCommand::Guide { student, guidance });
+        if !self.teaches {
+            return;
+        }
+        self.student = self.student.or(self.students.first().copied());
+        match self.student {
+            Some(student) => self.wishes.push(GuideCommand::Guide { student, guidance }),
+            None => self.lacks_student = true,
         }
     }
 
@@ -238,7 +252,11 @@ impl Guidance {
         let (name, mode) =
             (name_in(&self.names, words, pair.teacher), words.say(&format!("guide-{}", pair.guidance.mode().name())));
         let percent = words.number(f64::from(pair.guidance.strength() * 100.0), 0);
-        ui.label(words.say_with("guided-by", &[("name", &name), ("mode", &mode), ("percent", &percent)]));
+        ui.label(if pair.guidance == How::TAKE_OVER {
+            words.say_with("taken-over-by", &[("name", &name)])
+        } else {
+            words.say_with("guided-by", &[("name", &name), ("mode", &mode), ("percent", &percent)])
+        });
         if let Some(figures) = self.figures {
             let (apart, late) = (f64::from(figures.error_m) * 1e3, f64::from(figures.late_s) * 1e3);
             let (apart, late) = (words.number(apart, 1), words.number(late, 0));
@@ -341,12 +359,14 @@ fn name_in(names: &BTreeMap<u16, Nickname>, words: &Words, client: u16) -> Strin
     names.get(&client).map_or_else(number, |name| nickname(words, *name))
 }
 
-const fn ended(why: GuidanceEnd) -> &'static str {
-    match why {
-        GuidanceEnd::Teacher => "ended-teacher",
-        GuidanceEnd::Student => "ended-student",
-        GuidanceEnd::Gone => "ended-gone",
-        GuidanceEnd::Replaced => "ended-replaced",
+/// What is said of an end to who had that part.
+const fn ended(why: GuidanceEnd, part: Part) -> &'static str {
+    match (why, part) {
+        (GuidanceEnd::Teacher, Part::Teacher) | (GuidanceEnd::Student, Part::Student) => "ended-own",
+        (GuidanceEnd::Teacher, _) => "ended-teacher",
+        (GuidanceEnd::Student, _) => "ended-student",
+        (GuidanceEnd::Gone, _) => "ended-gone",
+        (GuidanceEnd::Replaced, _) => "ended-replaced",
     }
 }
 

@@ -10,7 +10,7 @@ use pottery_client::Command;
 use pottery_client::view::View;
 use pottery_shared::clay::{Deviation, Form, Material, Target, Wetness};
 use pottery_shared::protocol::{
-    ClassWire, Nickname, NoOrder, Order, PersonWire, PlaceWire, PotOf, Presence, Role, WheelInfo,
+    ClassWire, JoinCode, Nickname, NoOrder, Order, PersonWire, PlaceWire, PotOf, Presence, Role, WheelInfo,
 };
 use pottery_shared::session::ClassView;
 use pottery_shared::units::Tick;
@@ -74,6 +74,12 @@ impl People {
     /// What somebody at the wheel is called.
     pub(in crate::window) fn name_of(&self, client: u16) -> Option<Nickname> {
         self.class.people().find(|person| person.client == client).map(|person| person.name)
+    }
+
+    /// Whether anybody else is here.
+    pub(in crate::window) fn has_others(&self) -> bool {
+        let own = self.class.place().map(|own| own.client);
+        self.class.people().any(|person| Some(person.client) != own && person.presence == Presence::Here)
     }
 
     /// The room's part of the join code, for who teaches.
@@ -239,7 +245,9 @@ impl People {
     }
 
     fn show_door(&mut self, ui: &mut egui::Ui, words: &Words, class: &ClassWire) {
-        ui.label(words.say_with("class-code", &[("code", &class.code)]));
+        // as it is written everywhere else
+        let code = class.code.parse().map_or_else(|_| class.code.clone(), |code: JoinCode| code.to_string());
+        ui.label(words.say_with("class-code", &[("code", &code)]));
         ui.horizontal(|ui| {
             let mut is_locked = class.is_locked;
             if ui.checkbox(&mut is_locked, words.say("class-locked")).clicked() {
@@ -250,7 +258,7 @@ impl People {
                 self.order(Order::Lobby { is_on });
             }
         });
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             if ui.button(words.say("class-new-code")).clicked() {
                 self.order(Order::NewCode);
             }
@@ -286,7 +294,7 @@ fn describe(words: &Words, person: &PersonWire, own: Option<&PlaceWire>) -> Stri
         (Presence::Here, false) if person.wheel > 0 => Some("class-looks-on"),
         (Presence::Here, _) => None,
     };
-    if person.wheel > 0 && own.is_some_and(|own| own.role == Role::Teacher || own.wheel != person.wheel) {
+    if person.wheel > 0 && own.is_some_and(|own| is_own || own.role == Role::Teacher || own.wheel != person.wheel) {
         said = format!("{said} · {}", words.say_with("class-wheel", &[("wheel", &person.wheel.to_string())]));
     }
     for name in role.into_iter().chain(state) {
