@@ -70,7 +70,7 @@ pub struct View {
     pub fingerprint: Option<[u8; 32]>,
     /// How the connection stands.
     pub link: Link,
-    /// What was recorded of the own stroke, every half minute, until somebody has taken it.
+    /// What was recorded of the own stroke, every half minute or, of a long one, each time a twentieth more was, until somebody has taken it.
     pub recording: Option<StrokeRecorder>,
     /// Digest of the confirmed clay.
     pub digest: u64,

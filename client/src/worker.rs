@@ -42,8 +42,9 @@ const FETCHES_OF_REST: u32 = 10;
 const REBASE_REST: u32 = 4;
 /// Ticks without a sample after which a tool that is then elsewhere was away.
 const GAP_TICKS: i64 = 100;
-/// How often what was recorded is told, so that it can be kept.
+/// How often what was recorded is told, so that it can be kept, and the share of its length that has to be new: all of it is written each time.
 const TELL_RECORDING_EVERY: Duration = Duration::from_secs(30);
+const TELL_RECORDING_SHARE: f64 = 0.05;
 /// Time in which the last presses are confirmed before leaving.
 const SETTLE_WITHIN: Duration = Duration::from_secs(2);
 
@@ -354,7 +355,8 @@ impl Worker {
         match recorded {
             Ok(()) => {
                 self.last_recorded = Some(sample);
-                if self.told_recording_at.elapsed() >= TELL_RECORDING_EVERY {
+                let share = Duration::from_secs_f64(seconds * TELL_RECORDING_SHARE);
+                if self.told_recording_at.elapsed() >= TELL_RECORDING_EVERY.max(share) {
                     self.view.lock().recording = Some(recording.clone());
                     self.told_recording_at = Instant::now();
                 }

@@ -40,9 +40,9 @@ use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::Parser;
+use clap::{CommandFactory as _, Parser};
 use pottery_client::device::survey;
-use pottery_client::flags::first_sentence;
+use pottery_client::flags::first_sentence_among;
 use pottery_client::sentence;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -59,7 +59,9 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(said) if !said.use_stderr() => said.exit(),
         Err(wrong) => {
-            note!("{}", first_sentence(&wrong.to_string()));
+            let program = Arguments::command();
+            let commands = program.get_subcommands().map(clap::Command::get_name);
+            note!("{}", first_sentence_among(&wrong.to_string(), commands));
             return ExitCode::from(SENSELESS);
         }
     };

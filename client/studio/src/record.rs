@@ -1,7 +1,7 @@
 //! Recordings of strokes, written as they grow and at the end of a session.
 //!
 //! Owns the thread that writes what a session has recorded so far; what is recorded is the worker's.
-//! Invariant: a recording is written whole or a sentence says why not, and whoever is killed loses half a minute of it.
+//! Invariant: a recording is written whole or a sentence says why not, and whoever is killed loses half a minute of it, or a twentieth.
 
 use std::fs::{self, OpenOptions};
 use std::path::{Path, PathBuf};

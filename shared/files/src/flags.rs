@@ -43,3 +43,22 @@ pub fn first_sentence(said: &str) -> String {
     let joined = lines.collect::<Vec<_>>().join(" ");
     format!("{} (see --help)", joined.strip_prefix("error: ").unwrap_or(&joined))
 }
+
+/// The same of a program that has such commands: of a word that is none of them that it is none, and not that it is out of place beside a flag.
+///
+/// ```
+/// use pottery_files::flags::first_sentence_among;
+///
+/// let said = |word: &str| format!("error: the subcommand '{word}' cannot be used with '--spawn'\n");
+/// assert_eq!(first_sentence_among(&said("kne"), ["knee"].into_iter()), "unrecognized subcommand 'kne' (see --help)");
+/// assert!(first_sentence_among(&said("knee"), ["knee"].into_iter()).contains("cannot be used with"));
+/// ```
+#[must_use]
+pub fn first_sentence_among<'a>(said: &str, mut commands: impl Iterator<Item = &'a str>) -> String {
+    let sentence = first_sentence(said);
+    let word = sentence.strip_prefix("the subcommand '").and_then(|rest| rest.split('\'').next());
+    match word.filter(|word| !commands.any(|command| command == *word)) {
+        Some(word) => format!("unrecognized subcommand '{word}' (see --help)"),
+        None => sentence,
+    }
+}

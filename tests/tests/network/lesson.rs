@@ -196,6 +196,17 @@ async fn a_short_code_keeps_to_the_key_that_was_shown_first() {
     let own = endpoint().unwrap();
     assert!(matches!(Onlooker::join(&own, &other, 1000).await, Err(JoinError::NewKey { .. })));
     server.stop().await;
+    // a studio that is hosted in a window shows the same the next evening
+    let spare = std::env::temp_dir().join(format!("pottery-key-{}", std::process::id()));
+    let mut shown = Vec::new();
+    for _ in 0..2 {
+        let hosted = ServerConfig { code: Some(code.clone()), spare: Some(spare.clone()), ..config() };
+        let server = Server::start(hosted).unwrap();
+        shown.push(server.code().print().copied().unwrap());
+        server.stop().await;
+    }
+    assert_eq!(shown[0], shown[1]);
+    std::fs::remove_dir_all(spare).unwrap();
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -681,4 +681,6 @@ fn flags_before_a_command_are_refused_and_not_forgotten() {
     let studio = || Command::new(program("pottery-studio"));
     let text = sentence(&studio().args(["--seconds", "3", "host", "--headless"]).output().unwrap());
     assert!(text.contains("host"), "{text}");
+    let text = sentence(&studio().args(["--mute", "jon"]).output().unwrap());
+    assert!(text.contains("unrecognized subcommand 'jon'"), "{text}");
 }

@@ -251,9 +251,9 @@ lesson-close = Schließen
 
 replay-equal = { $snapshots } Stände kamen heraus, wie sie aufgezeichnet sind
 replay-unlike = der Ton bei { $seconds } s kam anders heraus, als er aufgezeichnet ist
-replay-keys = Leertaste: abspielen, anhalten · ← →: { $seconds } s · Pos1: Anfang · R: Ansicht · Esc: gehen
-close-keys = ← →, ziehen: drehen · Esc: alle Scheiben
-close-keys-alone = ← →, ziehen: drehen · Esc: gehen
+replay-keys = Leertaste: abspielen, anhalten · links, rechts: { $seconds } s · Pos1: Anfang · R: Ansicht · Esc: gehen
+close-keys = links, rechts, ziehen: drehen · Esc: alle Scheiben
+close-keys-alone = links, rechts, ziehen: drehen · Esc: gehen
 replay-pause = Anhalten
 replay-play = Abspielen
 

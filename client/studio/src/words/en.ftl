@@ -251,9 +251,9 @@ lesson-close = Close
 
 replay-equal = { $snapshots } snapshots came out as they were recorded
 replay-unlike = the clay of { $seconds } s came out otherwise than it was recorded
-replay-keys = space: play or pause · ← →: { $seconds } s · Home: begin · R: view · Esc: leave
-close-keys = ← →, drag: turn · Esc: all wheels
-close-keys-alone = ← →, drag: turn · Esc: leave
+replay-keys = space: play or pause · left, right: { $seconds } s · Home: begin · R: view · Esc: leave
+close-keys = left, right, drag: turn · Esc: all wheels
+close-keys-alone = left, right, drag: turn · Esc: leave
 replay-pause = Pause
 replay-play = Play
 

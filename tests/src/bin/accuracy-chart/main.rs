@@ -17,8 +17,8 @@ mod transform;
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use pottery_files::flags::first_sentence;
+use clap::{CommandFactory as _, Parser, Subcommand};
+use pottery_files::flags::first_sentence_among;
 use pottery_files::sentence::sentence;
 use pottery_tests::printed::remark;
 
@@ -84,7 +84,11 @@ fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(said) if !said.use_stderr() => said.exit(),
-        Err(wrong) => return refused(&first_sentence(&wrong.to_string())),
+        Err(wrong) => {
+            let program = Arguments::command();
+            let commands = program.get_subcommands().map(clap::Command::get_name);
+            return refused(&first_sentence_among(&wrong.to_string(), commands));
+        }
     };
     let done = match (arguments.command, arguments.chart) {
         (Some(Command::Dent(flags)), _) => dent::run(&flags),
