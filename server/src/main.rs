@@ -22,7 +22,7 @@ use std::time::Duration;
 use anyhow::Context as _;
 use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, ArgMatches, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
-use pottery_files::flags::{first_sentence_among, number_from};
+use pottery_files::flags::{first_sentence, number_from};
 use pottery_files::sentence::sentence;
 use pottery_server::{FileConfig, Finest, Server, ServerConfig, address, stop_signal};
 use pottery_shared::clay::{Form, Material, MethodKind, Preset, Support, Wetness};
@@ -177,7 +177,7 @@ const SENSELESS: u8 = 2;
 fn sentence_of(wrong: &clap::Error, line: impl Iterator<Item = OsString>) -> String {
     let mut program = Flags::command();
     program.build();
-    let said = first_sentence_among(&wrong.to_string(), program.get_subcommands().map(clap::Command::get_name));
+    let said = first_sentence(&wrong.to_string(), program.get_subcommands().map(clap::Command::get_name));
     let Some(ContextValue::String(named)) = wrong.get(ContextKind::InvalidArg) else { return said };
     let mut known = program.get_arguments().chain(program.get_subcommands().flat_map(clap::Command::get_arguments));
     let flag = known.find(|flag| flag.to_string() == *named);

@@ -42,7 +42,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{CommandFactory as _, Parser};
 use pottery_client::device::survey;
-use pottery_client::flags::first_sentence_among;
+use pottery_client::flags::first_sentence;
 use pottery_client::sentence;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -61,7 +61,7 @@ fn main() -> ExitCode {
         Err(wrong) => {
             let program = Arguments::command();
             let commands = program.get_subcommands().map(clap::Command::get_name);
-            note!("{}", first_sentence_among(&wrong.to_string(), commands));
+            note!("{}", first_sentence(&wrong.to_string(), commands));
             return ExitCode::from(SENSELESS);
         }
     };

@@ -29,36 +29,27 @@ where
     }
 }
 
-/// What the reader of a command line says is wrong, without its usage and tips.
+/// What the reader of a command line says is wrong, without its usage and tips, of a program that has such commands: a word that is none of
+/// them is said to be none, and not to be out of place beside a flag.
 ///
 /// ```
 /// use pottery_files::flags::first_sentence;
 ///
+/// let commands = || ["knee", "soak"].into_iter();
 /// let said = "error: these are missing:\n  --out <DIR>\n\nUsage: chart --out <DIR>\n";
-/// assert_eq!(first_sentence(said), "these are missing: --out <DIR> (see --help)");
+/// assert_eq!(first_sentence(said, commands()), "these are missing: --out <DIR> (see --help)");
+/// let beside = |word: &str| format!("error: the subcommand '{word}' cannot be used with '--spawn'\n");
+/// assert_eq!(first_sentence(&beside("kne"), commands()), "unrecognized subcommand 'kne' (see --help)");
+/// assert!(first_sentence(&beside("knee"), commands()).contains("cannot be used with"));
 /// ```
 #[must_use]
-pub fn first_sentence(said: &str) -> String {
+pub fn first_sentence<'a>(said: &str, mut commands: impl Iterator<Item = &'a str>) -> String {
     let lines = said.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
     let joined = lines.collect::<Vec<_>>().join(" ");
-    format!("{} (see --help)", joined.strip_prefix("error: ").unwrap_or(&joined))
-}
-
-/// The same of a program that has such commands: of a word that is none of them that it is none, and not that it is out of place beside a flag.
-///
-/// ```
-/// use pottery_files::flags::first_sentence_among;
-///
-/// let said = |word: &str| format!("error: the subcommand '{word}' cannot be used with '--spawn'\n");
-/// assert_eq!(first_sentence_among(&said("kne"), ["knee"].into_iter()), "unrecognized subcommand 'kne' (see --help)");
-/// assert!(first_sentence_among(&said("knee"), ["knee"].into_iter()).contains("cannot be used with"));
-/// ```
-#[must_use]
-pub fn first_sentence_among<'a>(said: &str, mut commands: impl Iterator<Item = &'a str>) -> String {
-    let sentence = first_sentence(said);
+    let sentence = joined.strip_prefix("error: ").unwrap_or(&joined);
     let word = sentence.strip_prefix("the subcommand '").and_then(|rest| rest.split('\'').next());
     match word.filter(|word| !commands.any(|command| command == *word)) {
         Some(word) => format!("unrecognized subcommand '{word}' (see --help)"),
-        None => sentence,
+        None => format!("{sentence} (see --help)"),
     }
 }

@@ -77,6 +77,8 @@ fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn 
 /// use pottery_files::sentence::instead;
 ///
 /// assert_eq!(instead("invalid value: integer `-1`, expected u32"), "write a whole number of 0 or more");
+/// let said = instead("invalid type: string \"a\", expected f64 at line 2 column 7");
+/// assert_eq!(said, "write a number, such as 2.5, at line 2 column 7");
 /// assert_eq!(instead("duplicate key"), "duplicate key");
 /// ```
 #[must_use]
@@ -90,7 +92,10 @@ pub fn instead(said: &str) -> String {
         };
     }
     let expected = said.strip_prefix("invalid ").and_then(|rest| rest.rsplit_once(", expected "));
-    let kind = expected.map(|(_, expected)| expected.split(" at line ").next().unwrap_or(expected));
+    let (kind, place) = expected.map_or((None, ""), |(_, kind)| {
+        let (kind, place) = kind.split_at(kind.find(" at line ").unwrap_or(kind.len()));
+        (Some(kind), place)
+    });
     let instead = match kind {
         Some("a boolean") => "write true or false",
         Some("u8" | "u16" | "u32" | "u64" | "usize") => "write a whole number of 0 or more",
@@ -102,12 +107,13 @@ pub fn instead(said: &str) -> String {
         }
         _ => return said.to_owned(),
     };
-    instead.to_owned()
+    if place.is_empty() { instead.to_owned() } else { format!("{instead},{place}") }
 }
 
 /// What is wrong with a file or an address, where that can be said better than the system does.
 fn words(error: &io::Error) -> Option<&'static str> {
-    if error.kind() == io::ErrorKind::InvalidData && error.get_ref().is_none() {
+    // the library's own words, of a file that is read as text
+    if error.kind() == io::ErrorKind::InvalidData && error.to_string().ends_with("valid UTF-8") {
         return Some("it holds no text");
     }
     error.raw_os_error()?;

@@ -66,7 +66,7 @@ fn flag_out_of_its_range_is_refused_in_one_sentence_with_the_range() {
         ("load-test", &["--spawn", "--threads", "65"], &["--threads", "from 1 to 64"]),
         ("load-test", &["knee", "--spawn", "--from", "-1"], &["--from", "from 1 to 4096"]),
         ("load-test", &["soak", "--virtual-s", "0"], &["--virtual-s", "from 1 to 86400"]),
-        ("load-test", &["--spawn", "--ramp", "-1"], &["ramp_s = -1", "from 0 to 3600"]),
+        ("load-test", &["--spawn", "--ramp", "-1"], &["'-1'", "--ramp", "from 0 to 3600"]),
         (
             "accuracy-chart",
             &["dent", "--method", "ours", "--out", "x", "--grid=-1x400"],

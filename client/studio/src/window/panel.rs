@@ -122,6 +122,8 @@ const WIDTH_FOLDED: f32 = 96.0;
 /// Width of the controls, and that of a window in which they leave the pot room enough to be open at first, points.
 const WIDTH: f32 = 250.0;
 const WINDOW_OPEN: f32 = 720.0;
+/// Width that a sentence over the pot needs, points.
+const NOTICE_LEAST: f32 = 160.0;
 /// Ranges of the controls.
 pub(super) const RPM_MAX: f32 = 300.0;
 /// What a sponge makes the clay wetter by, and one key drier.
@@ -176,7 +178,10 @@ pub(super) fn show(
     state.covers = (right / window.width().max(1.0)).clamp(0.0, 1.0);
     show_status(context, state);
     if let Some(notice) = &state.notice {
-        egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.0, 24.0]).show(context, |ui| {
+        // beside the panel, or over the whole of a window that it leaves nothing of
+        let left = if window.width() - right < NOTICE_LEAST { 0.0 } else { right };
+        let place = egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.5 * left, 24.0]);
+        place.max_width((window.width() - left - 48.0).max(NOTICE_LEAST)).show(context, |ui| {
             ui.label(RichText::new(notice).strong());
         });
     }
@@ -220,7 +225,7 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
     show_force(ui, state);
     ui.separator();
     state.guidance.show(ui, &state.words, &state.class);
-    part(ui, "history", |ui| state.history.show(ui, &state.words));
+    part(ui, "history", |ui| state.history.show(ui, &state.words, state.class.may_change()));
     ui.separator();
     part(ui, "files", |ui| files.show(ui, &state.words));
     ui.separator();

@@ -119,7 +119,7 @@ quality-slow = langsam
 ## Sentences that must be seen
 
 not-heard = die Werkstatt hört dieses Programm nicht mehr
-silence = gerade kommt nichts von der Werkstatt; was du drückst, zählt, sobald sie antwortet
+silence = gerade kommt nichts von der Werkstatt; was du jetzt drückst, zählt vielleicht nicht
 coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Platz …
 closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück

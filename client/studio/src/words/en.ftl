@@ -119,7 +119,7 @@ quality-slow = slow
 ## Sentences that must be seen
 
 not-heard = the studio does not hear this client any more
-silence = nothing comes from the studio at the moment; what you press counts once it answers
+silence = nothing comes from the studio at the moment; what you press may not count
 coming-back = the connection broke; coming back to your seat …
 closed = the studio has closed; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back

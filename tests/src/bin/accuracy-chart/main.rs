@@ -18,7 +18,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
-use pottery_files::flags::first_sentence_among;
+use pottery_files::flags::first_sentence;
 use pottery_files::sentence::sentence;
 use pottery_tests::printed::remark;
 
@@ -87,7 +87,7 @@ fn main() -> ExitCode {
         Err(wrong) => {
             let program = Arguments::command();
             let commands = program.get_subcommands().map(clap::Command::get_name);
-            return refused(&first_sentence_among(&wrong.to_string(), commands));
+            return refused(&first_sentence(&wrong.to_string(), commands));
         }
     };
     let done = match (arguments.command, arguments.chart) {

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser};
 use pottery_client::whole_file::write_whole;
-use pottery_files::flags::first_sentence_among;
+use pottery_files::flags::first_sentence;
 use pottery_files::sentence::sentence;
 use pottery_tests::load::plan::Plan;
 use pottery_tests::load::result::{RunResult, Verdict};
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
         Err(wrong) => {
             let program = Arguments::command();
             let commands = program.get_subcommands().map(clap::Command::get_name);
-            remark(format_args!("load-test: {}", first_sentence_among(&wrong.to_string(), commands)));
+            remark(format_args!("load-test: {}", first_sentence(&wrong.to_string(), commands)));
             return ExitCode::from(SENSELESS);
         }
     };

@@ -51,10 +51,13 @@ impl History {
         std::mem::take(&mut self.wishes)
     }
 
-    /// Lays out the controls.
-    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words) {
+    /// Lays out the controls, for who may change what is on the wheel.
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, words: &Words, may_change: bool) {
         let StepsWire { back, forth, is_remaking } = self.steps;
         ui.horizontal(|ui| {
+            if !may_change {
+                ui.disable();
+            }
             let undo = egui::Button::new(words.say("undo"));
             if ui.add_enabled(back > 0, undo).on_hover_text("Ctrl + Z").clicked() {
                 self.undo();

@@ -92,6 +92,11 @@ impl People {
         (!self.class.may_press()).then_some("class-held")
     }
 
+    /// Whether this person may change what is on the wheel: on one that is held, a teacher may.
+    pub(super) fn may_change(&self) -> bool {
+        self.class.may_press() || self.class.place().is_some_and(|own| own.role == Role::Teacher)
+    }
+
     /// What the person asked for, in order.
     pub(in crate::window) fn take_wishes(&mut self) -> Vec<Command> {
         std::mem::take(&mut self.wishes)
