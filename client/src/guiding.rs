@@ -168,8 +168,9 @@ impl Guiding {
                 (view.guidance.pair, view.guidance.ended) = (Some(pair), None);
             }
             GuidanceEvent::Ended(why) => {
-                self.forget(side, view);
+                // before the pair is gone, so that whoever looks knows whose end it is
                 view.lock().guidance.ended = Some(why);
+                self.forget(side, view);
             }
             GuidanceEvent::Refused(reason) => view.lock().guidance.refused = Some(reason),
             GuidanceEvent::Target => view.lock().guidance.target = session.guidance().target().cloned(),

@@ -323,6 +323,9 @@ impl Worker {
             self.record(sample);
             is_any = true;
         }
+        if is_any {
+            self.tell_recording();
+        }
         is_any
     }
 
@@ -353,15 +356,18 @@ impl Worker {
             recording.push(seconds, centre_m, sample.orientation)
         });
         match recorded {
-            Ok(()) => {
-                self.last_recorded = Some(sample);
-                let share = Duration::from_secs_f64(seconds * TELL_RECORDING_SHARE);
-                if self.told_recording_at.elapsed() >= TELL_RECORDING_EVERY.max(share) {
-                    self.view.lock().recording = Some(recording.clone());
-                    self.told_recording_at = Instant::now();
-                }
-            }
+            Ok(()) => self.last_recorded = Some(sample),
             Err(error) => tracing::warn!(%error, "a sample could not be recorded"),
+        }
+    }
+
+    /// Tells what was recorded, when that is due.
+    fn tell_recording(&mut self) {
+        let Some(recording) = &self.report.recording else { return };
+        let share = Duration::from_secs_f64(recording.stroke().end() * TELL_RECORDING_SHARE);
+        if self.told_recording_at.elapsed() >= TELL_RECORDING_EVERY.max(share) {
+            self.view.lock().recording = Some(recording.clone());
+            self.told_recording_at = Instant::now();
         }
     }
 

@@ -153,6 +153,11 @@ impl ServerConfig {
     /// Most people in one process.
     pub const PEOPLE_MAX: u16 = 4096;
 
+    /// The folder that its key and pots go to, if they go to one.
+    pub(crate) fn folder(&self) -> Option<&Path> {
+        self.data.as_deref().or(self.spare.as_deref())
+    }
+
     /// Checks what types cannot, and gives the pot the grid that follows from [`ServerConfig::finest`].
     ///
     /// # Errors

@@ -147,8 +147,7 @@ impl Server {
     pub fn start(config: ServerConfig) -> Result<Self, ServerError> {
         let config = config.checked()?;
         let folder = Self::folder(&config)?;
-        let certificate =
-            config.data.as_deref().or(config.spare.as_deref()).map_or_else(Certificate::fresh, Certificate::kept_in)?;
+        let certificate = config.folder().map_or_else(Certificate::fresh, Certificate::kept_in)?;
         let fingerprint = certificate.sha256();
         let endpoint = transport::endpoint(transport::bind(config.listen)?, certificate)?;
         let (is_announced, wheels) = (config.is_announced, config.wheels);
@@ -175,7 +174,7 @@ impl Server {
 
     /// Holds the folder that pots go to, if they go to one.
     fn folder(config: &ServerConfig) -> Result<Option<Folder>, StoreError> {
-        config.data.as_deref().or(config.spare.as_deref()).map(Folder::hold).transpose()
+        config.folder().map(Folder::hold).transpose()
     }
 
     fn open(

@@ -9,7 +9,7 @@ use std::time::Instant;
 use glam::Vec3;
 use pottery_shared::clay::{
     Bend, Contact, ErrorBound, GridShape, Lathe, Material, Method, MethodKind, PlasticCsem, Pot, PotSpec, Press,
-    Strength, SubStep, Support, Surface, Window,
+    Strength, SubStep, Support, Window,
 };
 use pottery_shared::tool::{Side, Sphere, ToolError};
 use pottery_shared::units::{Metres, Seconds};
@@ -303,11 +303,10 @@ impl Dent {
             volume_in_mm3,
             volume_out_mm3,
             grows_mm: self.method.keeps_volume().then(|| {
-                let pressed_m3 = pot.pressed_m3();
-                let skins = pot.surfaces();
-                let inner_m3 = skins[1..].iter().take(1).map(Surface::enclosed_volume_m3).sum::<f64>();
-                let left_m3 = skins[0].enclosed_volume_m3() - inner_m3;
-                f64::from(self.pot.height.as_mm()) * pressed_m3 / left_m3
+                let mut settled = pot.clone();
+                let all = Window { first_column: 0, columns: shape.columns(), first_row: 0, rows: shape.rows() };
+                settled.settle((0..pot.spec().skins()).map(|skin| (skin, all)));
+                f64::from(settled.surfaces()[0].height_m()) * 1e3 - f64::from(self.pot.height.as_mm())
             }),
             behind_mm: Some(pressing.behind_mm()),
             step_ns,

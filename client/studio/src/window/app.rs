@@ -117,7 +117,7 @@ pub(super) struct App {
     overlay: Option<Overlay>,
     camera: Camera,
     hand: Hand,
-    /// Why the tool that was brought does not hang in the rack, or why one works on, and since when that is said.
+    /// Why the tool that was brought does not hang in the rack, why one works on, or whom leaving would send home, and since when that is said.
     refusal: Option<(Instant, String)>,
     /// Whether it is to be taken in hand when it does.
     takes_brought: bool,

@@ -55,8 +55,6 @@ pub(in crate::window) enum Wanted {
 #[derive(Debug)]
 pub(in crate::window) struct Guidance {
     part: Part,
-    /// What it was in the last pair.
-    last_part: Part,
     teaches: bool,
     /// Those who can be guided, and what everybody is called.
     students: Vec<u16>,
@@ -82,7 +80,6 @@ impl Default for Guidance {
     fn default() -> Self {
         Self {
             part: Part::None,
-            last_part: Part::None,
             teaches: false,
             students: Vec::new(),
             names: BTreeMap::new(),
@@ -110,19 +107,17 @@ impl Guidance {
         self.spec = *view.pot.spec();
         self.figures = status.guided();
         self.teaches = view.class.place().is_some_and(|place| place.role == Role::Teacher);
+        let part_before = self.part;
         self.part = match self.shown.pair {
             None => Part::None,
             Some(pair) if pair.student == view.number => Part::Student,
             Some(_) => Part::Teacher,
         };
-        if self.part != Part::None {
-            self.last_part = self.part;
-        }
         self.names = view.class.people().map(|person| (person.client, person.name)).collect();
         let others = view.class.people().filter(|person| person.role == Role::Student && person.works);
         self.students = others.map(|person| person.client).collect();
         self.student = self.student.filter(|student| self.students.contains(student));
-        let ended = view.guidance.ended.take().map(|why| words.say(ended(why, self.last_part)));
+        let ended = view.guidance.ended.take().map(|why| words.say(ended(why, part_before)));
         let refused = view.guidance.refused.take().map(|why| words.say(refused(why)));
         let lacking = std::mem::take(&mut self.lacks_student).then(|| words.say("no-guidance-student"));
         if let Some(sentence) = ended.or(refused).or(lacking) {
