@@ -86,7 +86,8 @@ pub struct Dented {
 }
 
 impl Dent {
-    /// Columns across the contact of a ball at its full depth on a core, by our method; `None` for others, whose elements know nothing of each other.
+    /// Columns across the contact of a ball at its full depth δ on a core, by our method: in a wall of radius r one of radius R is
+    /// `2·√(2·δ·r·R/(r + R))` wide. `None` for others, whose elements know nothing of each other.
     #[must_use]
     pub fn columns_across(&self) -> Option<f32> {
         let (tool, pot) = (self.tool.0, self.pot.radius.0);

@@ -8,7 +8,7 @@ use pottery_shared::units::Seconds;
 
 use super::{FitError, Fitted};
 use crate::chart::cases::{BASE, Scene};
-use crate::dent::{DentError, Pressing};
+use crate::dent::{Dent, DentError, Pressing};
 use crate::linear::Cholesky;
 
 /// Steps in which a ball comes in, and for which it then stands still, and how long one is.
@@ -21,8 +21,7 @@ const FINEST: [u32; 2] = [1440, 1600];
 /// Where between two columns a ball lies, in columns, and how far above a row, m.
 const ASIDE: [f32; 5] = [0.0, 0.125, 0.25, 0.375, 0.5];
 const ABOVE_M: f32 = 0.13e-3;
-/// Fewest columns of a contact that is fitted, since narrower ones hardly have sides: where a ball of radius R is δ deep in a wall of radius r, it
-/// is `2·√(2·δ·r·R/(r + R))` wide.
+/// Fewest columns across a contact that is fitted, since narrower ones hardly have sides.
 const COLUMNS_MIN: f32 = 5.0;
 
 /// Balls, mm, and how deep they go, mm, that are fitted.
@@ -86,11 +85,10 @@ pub fn presses(balls: &[(f32, &[f32])], law: PlasticLaw) -> Result<Vec<Known>, F
         for &depth_mm in depths_mm {
             let press_mm = [tool_mm, depth_mm];
             let [finest_n, ..] = forces_n(law, press_mm, FINEST, 0.0)?;
-            let [pot_mm, _] = BASE.pot_mm;
-            let wide_mm = 2.0 * (2.0 * depth_mm * pot_mm * tool_mm / (pot_mm + tool_mm)).sqrt();
-            let is_wide =
-                |&[columns, _]: &[u32; 2]| wide_mm / (std::f32::consts::TAU * pot_mm) * columns as f32 >= COLUMNS_MIN;
-            for grid in GRIDS.into_iter().filter(is_wide) {
+            for grid in GRIDS {
+                if dent(press_mm, grid)?.columns_across().is_none_or(|columns| columns < COLUMNS_MIN) {
+                    continue;
+                }
                 for aside in ASIDE {
                     let [sum_n, with_n @ ..] = forces_n(law, press_mm, grid, aside)?;
                     let adds_n = with_n.map(|with_n| with_n - sum_n);
@@ -102,13 +100,16 @@ pub fn presses(balls: &[(f32, &[f32])], law: PlasticLaw) -> Result<Vec<Known>, F
     Ok(all)
 }
 
-/// The force on a ball as a sum over columns, and with each constant one, N.
-fn forces_n(law: PlasticLaw, [tool_mm, depth_mm]: [f32; 2], grid: [u32; 2], aside: f32) -> Result<[f64; 5], FitError> {
-    let [columns, rows] = grid;
+fn dent([tool_mm, depth_mm]: [f32; 2], [columns, rows]: [u32; 2]) -> Result<Dent, FitError> {
     let shape = GridShape::new(columns, rows).map_err(DentError::from)?;
-    let dent = Scene { tool_mm, ..BASE }.dent(shape, depth_mm, false);
+    Ok(Scene { tool_mm, ..BASE }.dent(shape, depth_mm, false))
+}
+
+/// The force on a ball as a sum over columns, and with each constant one, N.
+fn forces_n(law: PlasticLaw, press_mm: [f32; 2], grid: [u32; 2], aside: f32) -> Result<[f64; 5], FitError> {
+    let dent = dent(press_mm, grid)?;
     let mut pressing = Pressing::new(dent, STEP)?;
-    let (angle_rad, z_m) = (aside * shape.column_angle_rad(), 0.5 * dent.pot.height.0 + ABOVE_M);
+    let (angle_rad, z_m) = (aside * dent.pot.shape.column_angle_rad(), 0.5 * dent.pot.height.0 + ABOVE_M);
     let mut step = |constants, share: f32| {
         let method = PlasticCsem { law: law_of(constants, &law) };
         f64::from(pressing.step_with(method, angle_rad, dent.depth.0 * share, z_m, 0))
