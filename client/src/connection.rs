@@ -98,6 +98,14 @@ pub enum JoinError {
     },
 }
 
+impl JoinError {
+    /// Whether it is what a studio answers: whoever asks again is told the same, until somebody there changes it.
+    #[must_use]
+    pub const fn is_answer(&self) -> bool {
+        matches!(self, Self::Session(ClientError::Refused(_)) | Self::NewKey { .. } | Self::WrongServer { .. })
+    }
+}
+
 /// A connection whose greeting was understood, for whoever runs a session of their own on it.
 #[derive(Debug)]
 pub struct Joined {

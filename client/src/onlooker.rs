@@ -221,7 +221,7 @@ impl Task {
         let shared = Arc::clone(&self.shared);
         let taken = |frame: &[u8]| shared.lock().watcher.handle_control(frame).is_ok();
         hear_the_rest(&mut self.joined.streams.arriving, taken).await;
-        self.way_back.note_token(shared.lock().watcher.class().resume());
+        self.way_back.note_place(shared.lock().watcher.class());
         let way = self.way_back.begin(link)?;
         shared.lock().link = Link::ComingBack(way.0.clone());
         let (joined, mut watcher) = tokio::select! {

@@ -6,11 +6,11 @@
 use std::time::Duration;
 
 use pottery_shared::protocol::{Hello, Pass, Purpose, ResumeToken};
-use pottery_shared::session::{ClientError, greeting};
+use pottery_shared::session::{ClassView, ClientError, greeting};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::connection::{self, JoinError, Joined, Target};
+use crate::connection::{self, Joined, Target};
 use crate::streams::Arrival;
 use crate::view::Link;
 
@@ -55,9 +55,13 @@ impl WayBack {
         Self { endpoint, target, purpose, resume: None, is_called: false, came_at: Instant::now(), short_stays: 0 }
     }
 
-    /// Takes in with what one comes back, if that was told.
-    pub(crate) fn note_token(&mut self, resume: Option<&ResumeToken>) {
-        self.resume = resume.copied().or(self.resume);
+    /// Takes in with what one comes back, and to which wheel, as far as that was told.
+    pub(crate) fn note_place(&mut self, class: &ClassView) {
+        self.resume = class.resume().copied().or(self.resume);
+        // a server that has begun anew knows nobody, and seats people where they say
+        if let Some(place) = class.place().filter(|place| place.wheel > 0) {
+            self.target.wheel = place.wheel;
+        }
     }
 
     /// Takes in that the server asked for it.
@@ -101,13 +105,7 @@ impl WayBack {
             let asked = connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting, &open);
             match timeout(patience, asked).await {
                 Ok(Ok(joined)) => return Ok(joined),
-                // it was refused: more tries would be refused as well
-                Ok(Err(JoinError::Session(ClientError::Refused(refusal)))) => {
-                    return Err(Link::Lost(refusal.to_string()));
-                }
-                Ok(Err(error @ (JoinError::NewKey { .. } | JoinError::WrongServer { .. }))) => {
-                    return Err(Link::Lost(error.to_string()));
-                }
+                Ok(Err(error)) if error.is_answer() => return Err(Link::Lost(error.to_string())),
                 Ok(Err(error)) => tracing::debug!(%error, "not back yet"),
                 Err(_) => tracing::debug!("nobody answers yet"),
             }

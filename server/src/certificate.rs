@@ -3,7 +3,7 @@
 //! Kept in the data folder, where there is one, so that whoever trusted it once knows it again; else fresh at each start.
 //! Invariant: the fingerprint is that of the certificate served, and nobody but the server's user may read the key.
 
-use std::fs::{self, OpenOptions};
+use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -12,6 +12,7 @@ use rustls::crypto::ring::sign::any_supported_type;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 
 use crate::ServerError;
+use crate::folder::write_private;
 
 /// The files in the data folder.
 const KEY: &str = "server-key.der";
@@ -79,13 +80,8 @@ impl Certificate {
     }
 
     fn keep(&self, folder: &Path, key: &Path, certificate: &Path) -> Result<(), String> {
-        let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        // an empty file of its own first, whose permissions stay
-        fs::create_dir_all(folder).and_then(|()| options.open(key)).map_err(|error| error.to_string())?;
-        write_whole(key, |file| file.write_all(self.key.secret_der())).map_err(|error| error.to_string())?;
+        fs::create_dir_all(folder).map_err(|error| error.to_string())?;
+        write_private(key, self.key.secret_der())?;
         write_whole(certificate, |file| file.write_all(&self.der)).map_err(|error| error.to_string())
     }
 

@@ -47,6 +47,7 @@ pub(crate) async fn accept(
             continue;
         }
         let Ok(stranger) = Arc::clone(&strangers).try_acquire_owned() else {
+            doorkeeper.note_crowd();
             incoming.ignore();
             continue;
         };

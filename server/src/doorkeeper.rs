@@ -114,6 +114,11 @@ impl Doorkeeper {
         may_come
     }
 
+    /// Notes that somebody could not come in, since too many others were about to.
+    pub(crate) const fn note_crowd(&mut self) {
+        self.turned_away += 1;
+    }
+
     /// Whether an address has used more than half of what it may: who knocks from there has to show that it is theirs, or somebody
     /// who borrows an address could spend what its owner needs.
     pub(crate) fn is_doubtful(&self, address: IpAddr, now: Duration) -> bool {
@@ -235,6 +240,11 @@ impl SharedDoorkeeper {
     /// [`Doorkeeper::note_wrong_code`], now.
     pub(crate) fn note_wrong_code(&self, address: IpAddr) {
         self.keeper().note_wrong_code(address, self.now());
+    }
+
+    /// [`Doorkeeper::note_crowd`].
+    pub(crate) fn note_crowd(&self) {
+        self.keeper().note_crowd();
     }
 
     /// [`Doorkeeper::turned_away`].

@@ -1,11 +1,13 @@
 //! The data folder in the hands of one server.
 //!
-//! Owns the lock and the proof that the folder takes files; what else lies in it is `store`'s, `certificate`'s and `teacher`'s.
+//! Owns the lock and the proof that the folder takes files; what else lies in it is `store`'s, `certificate`'s, `teacher`'s and `kept_code`'s.
 //! Invariant: of two servers on one folder one is refused, and one that is killed leaves nothing locked.
 
 use std::fs::{self, File, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+use pottery_files::whole_file::write_whole;
 
 use crate::store::StoreError;
 
@@ -46,6 +48,20 @@ impl Folder {
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
+}
+
+/// Writes a file that nobody but the server's user may read.
+///
+/// # Errors
+/// What is in the way, in words.
+pub(crate) fn write_private(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    // an empty file of its own first, whose permissions stay
+    options.open(path).map_err(|error| error.to_string())?;
+    write_whole(path, |file| file.write_all(bytes)).map_err(|error| error.to_string())
 }
 
 /// Makes a file and takes it away again, as every pot is written.

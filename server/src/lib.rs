@@ -17,6 +17,7 @@ mod event;
 mod figures;
 mod folder;
 mod input;
+mod kept_code;
 mod lesson;
 mod link;
 mod losses;

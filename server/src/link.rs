@@ -144,13 +144,12 @@ impl Link {
 
     /// Sends now or never. What finds the buffer full is dropped and counted, and so is what is longer than the path takes, which
     /// may have shrunk.
-    pub(crate) fn send_datagram(&self, bytes: Bytes) -> bool {
+    pub(crate) fn send_datagram(&self, bytes: Bytes) {
         let room = quinn::Connection::datagram_send_buffer_space(&self.session);
         // what is longer than the path takes is an error too
         if bytes.len() > room || self.session.send_datagram(bytes).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
-        true
     }
 
     /// Queues a frame; false when the peer takes nothing in.
@@ -176,9 +175,9 @@ impl Link {
     }
 
     /// Sends a keyframe behind everything else; while too many are under way it is dropped, and asked for again.
-    pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) -> bool {
+    pub(crate) fn send_keyframe(&self, bytes: Vec<u8>) {
         let room = bytes.len().min(KEYFRAME_BYTES) as u32;
-        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_many_owned(room) else { return true };
+        let Ok(permit) = Arc::clone(&self.keyframes).try_acquire_many_owned(room) else { return };
         let session = self.session.clone();
         tokio::spawn(async move {
             let _permit = permit;
@@ -194,7 +193,6 @@ impl Link {
                 tracing::debug!(%error, "a keyframe did not get through");
             }
         });
-        true
     }
 
     /// Ends the connection at once.

@@ -43,7 +43,7 @@ struct Flags {
     /// UDP address to listen on [default: [::]:4747, all networks]
     #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_LISTEN")]
     listen: Option<SocketAddr>,
-    /// Join code of 8 characters; a fresh one at each start when left out
+    /// Join code of 8 characters; when left out a fresh one at each start, save after a server on the same --data that was killed
     #[arg(long, env = "POTTERY_CODE")]
     code: Option<JoinCode>,
     /// Hours for which a code is good: after that, and after a teacher has changed it, it lets nobody in [default: for good]

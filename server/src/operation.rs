@@ -63,8 +63,9 @@ async fn answer(
     events: mpsc::Sender<Event>,
     fingerprint: [u8; 32],
 ) -> Result<Response<Full<Bytes>>, std::convert::Infallible> {
+    let path = request.uri().path().to_owned();
     let (status, text) = if request.method() == Method::GET {
-        match request.uri().path() {
+        match path.as_str() {
             "/livez" => (StatusCode::OK, "lives\n".to_owned()),
             "/readyz" => match figures(&events).await {
                 Some(_) => (StatusCode::OK, "the room answers\n".to_owned()),
@@ -80,15 +81,19 @@ async fn answer(
             },
             _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz, /metrics or /lesson\n".to_owned()),
         }
-    } else if request.method() == Method::POST && request.uri().path() == "/order" {
+    } else if request.method() == Method::POST && path == "/order" {
         order(request, &events, &fingerprint).await
     } else {
         (StatusCode::METHOD_NOT_ALLOWED, "nothing can be changed here but by POST /order\n".to_owned())
     };
     let mut response = Response::new(Full::new(Bytes::from(text)));
     *response.status_mut() = status;
-    let kind = hyper::header::HeaderValue::from_static("text/plain; version=0.0.4; charset=utf-8");
-    response.headers_mut().insert(hyper::header::CONTENT_TYPE, kind);
+    let kind = match (path.as_str(), status) {
+        ("/metrics", StatusCode::OK) => "text/plain; version=0.0.4; charset=utf-8",
+        ("/lesson", StatusCode::OK) => "application/json",
+        _ => "text/plain; charset=utf-8",
+    };
+    response.headers_mut().insert(hyper::header::CONTENT_TYPE, hyper::header::HeaderValue::from_static(kind));
     Ok(response)
 }
 
@@ -160,12 +165,7 @@ fn page(figures: &Figures) -> String {
     };
     let counts = &figures.counts;
     one("ticks_total", "counter", "Milliseconds of the studio's time that were done.", figures.ticks);
-    one(
-        "late_total",
-        "counter",
-        "Times the room woke up later than it was to by more than a snapshot's period.",
-        figures.late,
-    );
+    one("late_total", "counter", "Times the room woke up later than it was to by more than 15 ms.", figures.late);
     one("people", "gauge", "People who are in, those who look on included.", figures.people as u64);
     one("joined_total", "counter", "People let in.", counts.joined);
     one("refused_total", "counter", "Connections refused by the room.", counts.refused);

@@ -18,6 +18,7 @@ use crate::announcing::{Announcement, usual_name};
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::folder::Folder;
+use crate::kept_code::KeptCode;
 use crate::recording::Recorder;
 use crate::store::StoreError;
 use crate::teacher::Teacher;
@@ -120,7 +121,7 @@ pub struct Standing {
     pub counts: RoomCounts,
     /// Datagrams that a connection could not take at once.
     pub dropped_datagrams: u64,
-    /// Times the room woke up later than it was to by more than a snapshot's period.
+    /// Times the room woke up later than it was to by more than 15 ms.
     pub late: u64,
 }
 
@@ -186,12 +187,14 @@ impl Server {
         let address = endpoint.local_addr().map_err(|source| ServerError::Endpoint { source })?;
         let operating = config.operate.map(operation::listen).transpose()?;
         let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
-        let code = match config.code.clone() {
+        let data = config.data.as_deref();
+        let left = || KeptCode::left_in(data.filter(|_| !config.is_fresh)?, config.code_hours);
+        let code = match config.code.clone().or_else(left) {
             Some(code) => code.on_server(fingerprint),
             None => JoinCode::new(random()?, fingerprint),
         };
         let (mut room, store) = opening::open(&config, &code, folder)?;
-        let teacher = Teacher::of(config.data.as_deref(), config.renews_teacher)?;
+        let teacher = Teacher::of(data, config.renews_teacher)?;
         room.keep_doors(DoorConfig {
             secret: Some(random()?),
             teacher: Some(*teacher.hash()),
@@ -202,10 +205,12 @@ impl Server {
             .record
             .map(|path| Recorder::begin(&path, &mut room).map_err(|source| ServerError::Recording { path, source }))
             .transpose()?;
+        let kept_code = data.map(|folder| KeptCode::begin(folder, code.room()));
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
-        let ticking = tokio::spawn(Ticking::new(room, received, recorder, store, doorkeeper.clone()).run());
+        let ticking =
+            tokio::spawn(Ticking::new(room, received, recorder, (store, kept_code), doorkeeper.clone()).run());
         let accepting =
             tokio::spawn(connection::accept(endpoint.clone(), config.people_max, events.clone(), doorkeeper));
         let operating =

@@ -3,11 +3,11 @@
 //! Owns the file that holds the hash; who may do what with the token is the room's affair.
 //! Invariant: the token itself is never written anywhere.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 
+use pottery_files::hex::{from_hex, to_hex};
 use pottery_files::whole_file::write_whole;
 use pottery_shared::protocol::TeacherToken;
 use pottery_shared::room::{TokenHash, token_hash};
@@ -63,18 +63,4 @@ impl Teacher {
     pub(crate) const fn token(&self) -> Option<&TeacherToken> {
         self.token.as_ref()
     }
-}
-
-fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").expect("a string takes everything");
-        text
-    })
-}
-
-fn from_hex(text: &str) -> Option<TokenHash> {
-    let digits: Vec<u8> =
-        text.chars().map(|digit| digit.to_digit(16).map(|digit| digit as u8)).collect::<Option<_>>()?;
-    let bytes: Vec<u8> = digits.as_chunks::<2>().0.iter().map(|[high, low]| high << 4 | low).collect();
-    (digits.len() == 64).then(|| bytes.try_into().ok()).flatten()
 }

@@ -17,6 +17,7 @@ use tokio::time::{Instant, MissedTickBehavior};
 use crate::crew::Workers;
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
+use crate::kept_code::KeptCode;
 use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
@@ -63,6 +64,7 @@ pub(crate) struct Ticking {
     dropped: u64,
     recorder: Option<Recorder>,
     store: Option<Store>,
+    kept_code: Option<KeptCode>,
     losses: Losses,
     doorkeeper: SharedDoorkeeper,
     forget_at: Duration,
@@ -76,7 +78,7 @@ impl Ticking {
         room: Room,
         events: mpsc::Receiver<Event>,
         recorder: Option<Recorder>,
-        store: Option<Store>,
+        (store, kept_code): (Option<Store>, Option<KeptCode>),
         doorkeeper: SharedDoorkeeper,
     ) -> Self {
         Self {
@@ -92,6 +94,7 @@ impl Ticking {
             dropped: 0,
             recorder,
             store,
+            kept_code,
             losses: Losses::default(),
             doorkeeper,
             forget_at: Duration::ZERO,
@@ -137,6 +140,9 @@ impl Ticking {
                     self.transmit();
                     self.end_recording().await;
                     self.end_store().await;
+                    if let Some(kept_code) = self.kept_code.take() {
+                        kept_code.end().await;
+                    }
                     let losses = self.losses;
                     self.say_goodbye().await;
                     return losses;
@@ -170,6 +176,9 @@ impl Ticking {
         if due >= self.look_at {
             self.look_at = due + LOOK_EVERY;
             self.keep_pots();
+            if let Some(kept_code) = &mut self.kept_code {
+                kept_code.follow(self.room.code());
+            }
             self.look_at_addresses(now);
         }
         self.workers.advance(&mut self.room, Tick(due), self.started.elapsed());
@@ -269,10 +278,7 @@ impl Ticking {
                 }
             }
             Event::Datagram(peer, bytes) => self.room.handle_datagram(peer, &bytes),
-            Event::Gone(peer) => {
-                self.dropped += self.links.remove(&peer).map_or(0, |link| link.dropped());
-                self.room.handle_gone(peer);
-            }
+            Event::Gone(peer) => self.forget(peer),
             Event::Standing(answer) => {
                 // whoever asked may have given up
                 drop(answer.send(self.standing()));
@@ -286,6 +292,12 @@ impl Ticking {
             Event::Stop => return false,
         }
         true
+    }
+
+    /// Lets a peer go, and keeps what was counted of its line.
+    fn forget(&mut self, peer: PeerId) {
+        self.dropped += self.links.remove(&peer).map_or(0, |link| link.dropped());
+        self.room.handle_gone(peer);
     }
 
     fn standing(&self) -> Standing {
@@ -322,24 +334,27 @@ impl Ticking {
     fn transmit(&mut self) {
         while let Some(transmit) = self.room.poll_transmit() {
             let Some(link) = self.links.get(&transmit.to) else { continue };
-            let alive = match transmit.lane {
+            let keeps_up = match transmit.lane {
                 Lane::Datagram(bytes) => {
                     self.figures.note_datagram(bytes.len());
                     if bytes.len() > ANY_PATH {
                         // it may have shrunk or grown since the last pulse
                         self.room.set_datagram_bytes(transmit.to, link.datagram_bytes());
                     }
-                    link.send_datagram(bytes)
+                    link.send_datagram(bytes);
+                    true
+                }
+                Lane::Keyframe(bytes) => {
+                    link.send_keyframe(bytes);
+                    true
                 }
                 Lane::Control(bytes) => link.send_control(bytes),
-                Lane::Keyframe(bytes) => link.send_keyframe(bytes),
                 Lane::Close => link.finish(),
             };
-            if !alive {
+            if !keeps_up {
                 tracing::info!(peer = transmit.to.0, "a peer that does not keep up is let go");
                 link.drop_connection();
-                self.links.remove(&transmit.to);
-                self.room.handle_gone(transmit.to);
+                self.forget(transmit.to);
             }
         }
     }

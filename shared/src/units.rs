@@ -103,10 +103,6 @@ impl Metres {
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Seconds(pub f32);
 
-/// A force in newtons.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-pub struct Newtons(pub f32);
-
 /// Turning speed in turns a minute, positive when the wheel turns from x towards y.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Rpm(pub f32);

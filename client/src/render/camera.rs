@@ -41,6 +41,8 @@ impl Default for Camera {
 impl Camera {
     /// Steepest view up or down, rad: short of the axis, where no side would be up.
     pub const ELEVATION_MAX_RAD: f32 = 1.54;
+    /// Nearly from above, rad.
+    pub const ABOVE_RAD: f32 = 1.4;
     /// Least distance from the target, m.
     pub const DISTANCE_MIN_M: f32 = 0.05;
     /// Narrower pictures (width over height) widen the angle of view instead of cutting the pot off.
@@ -56,6 +58,12 @@ impl Camera {
         let larger = (surface.height_m() / 0.2).max(widest_m / 0.1);
         let view = Self::default();
         Self { distance_m: view.distance_m * larger, target_m: Vec3::Z * (0.45 * surface.height_m()), ..view }
+    }
+
+    /// Turns the view by so many pixels of a pointer's way, as if it held the room.
+    pub fn turn(&mut self, by: Vec2) {
+        self.azimuth_rad -= by.x * 0.008;
+        self.elevation_rad = (self.elevation_rad + by.y * 0.006).clamp(-0.1, Self::ABOVE_RAD);
     }
 
     fn backwards(&self) -> Vec3 {

@@ -22,7 +22,7 @@ impl Worker {
         let mut view = self.view.lock();
         match event {
             ClassEvent::Place => {
-                self.way_back.note_token(class.resume());
+                self.way_back.note_place(class);
                 self.side.status().hold(self.is_coming || !class.may_press());
             }
             ClassEvent::Come => {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use pottery_client::device::{Device, DeviceChoice, HandModel, ScriptedDevice, SimulatedDevice, pointer};
 use pottery_client::pot_file::PotFile;
@@ -52,7 +52,7 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
     }
     let mut studio = Studio::open(session.server.clone())?;
     let runtime = hosting::runtime("network")?;
-    let Measured { seconds, mut reports, watched } = runtime.block_on(work(session, &mut studio))?;
+    let Measured { seconds, mut reports, watched, is_behind } = runtime.block_on(work(session, &mut studio))?;
     let standing = studio.standing()?;
     let report = SessionReport::new(seconds, &reports, &watched, &standing);
     let recording = reports[0].network.recording.take();
@@ -61,7 +61,7 @@ pub(crate) fn run(session: &HeadlessSession) -> anyhow::Result<()> {
         write(&report, &standing.pots[0], &saved, &session.out),
         session.record.as_ref().map_or(Ok(()), |path| record::write(recording, path)),
         studio.close(),
-        agreement(&report),
+        agreement(&report, is_behind),
     ])
 }
 
@@ -76,12 +76,13 @@ fn write(report: &SessionReport, pot: &Pot, saved: &PotFile, out: &Path) -> anyh
     Ok(())
 }
 
-/// Whether every client holds the server's clay.
-fn agreement(report: &SessionReport) -> anyhow::Result<()> {
+/// Whether every client holds the server's clay, and nobody who looked on was still behind.
+fn agreement(report: &SessionReport, is_behind: bool) -> anyhow::Result<()> {
     let diverged = report.diverged();
     if !diverged.is_empty() {
         bail!("the clay of clients {diverged:?} differs from the server's after {} s of quiet", QUIET.as_secs());
     }
+    ensure!(!is_behind, "who looks on has not got the clay within {} s of quiet", QUIET.as_secs());
     Ok(())
 }
 
@@ -91,6 +92,8 @@ struct Measured {
     seconds: f64,
     reports: Vec<PotterReport>,
     watched: Vec<(Detail, WatchReport)>,
+    /// Whether somebody who looked on had not got the clay in the end.
+    is_behind: bool,
 }
 
 async fn work(session: &HeadlessSession, studio: &mut Studio) -> anyhow::Result<Measured> {
@@ -146,11 +149,9 @@ async fn work(session: &HeadlessSession, studio: &mut Studio) -> anyhow::Result<
     }
     // the last snapshot reaches those who settled first as well
     tokio::time::sleep(Duration::from_millis(300)).await;
-    let mut watched = Vec::new();
+    let (mut watched, mut is_behind) = (Vec::new(), false);
     for (detail, looker) in lookers {
-        if looker.look(|watcher, _| watcher.is_behind()) {
-            bail!("who looks on has not got the clay within {} s of quiet", QUIET.as_secs());
-        }
+        is_behind |= looker.look(|watcher, _| watcher.is_behind());
         watched.push((detail, looker.leave().await?));
     }
     let mut reports = Vec::new();
@@ -161,7 +162,7 @@ async fn work(session: &HeadlessSession, studio: &mut Studio) -> anyhow::Result<
         endpoint.close(0_u32.into(), b"goodbye");
         endpoint.wait_idle().await;
     }
-    Ok(Measured { seconds, reports, watched })
+    Ok(Measured { seconds, reports, watched, is_behind })
 }
 
 fn cores() -> usize {

@@ -4,12 +4,12 @@
 //! Invariant: a key is forgotten only when the person says so, and a file that is not understood is never written over.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
+use pottery_client::hex::{from_hex, to_hex};
 use pottery_client::whole_file::write_whole;
 use pottery_client::{Target, sentence};
 
@@ -51,7 +51,7 @@ impl Known {
         Target { known: known.filter(|_| !trusts_new_key), ..target }
     }
 
-    /// Keeps the key that a studio showed; true when it was not known.
+    /// Keeps the key that a studio showed; true when it was not known and there is where to keep it.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -61,7 +61,7 @@ impl Known {
             return Ok(false);
         }
         self.keys.insert(target.address.clone(), shown);
-        let Some(path) = &self.file else { return Ok(true) };
+        let Some(path) = &self.file else { return Ok(false) };
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
         }
@@ -85,20 +85,6 @@ pub(crate) fn note(target: &Target, shown: Option<[u8; 32]>) {
             note!("the key of {} is not remembered: {why}", target.address);
         }
     }
-}
-
-fn to_hex(bytes: &[u8; 32]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").expect("a string takes everything");
-        text
-    })
-}
-
-fn from_hex(text: &str) -> Option<[u8; 32]> {
-    let digits: Option<Vec<u8>> = text.chars().map(|digit| Some(digit.to_digit(16)? as u8)).collect();
-    let digits = digits.filter(|digits| digits.len() == 64)?;
-    let bytes: Vec<u8> = digits.as_chunks::<2>().0.iter().map(|[high, low]| high << 4 | low).collect();
-    bytes.try_into().ok()
 }
 
 #[cfg(test)]

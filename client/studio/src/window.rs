@@ -145,14 +145,14 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
     let held = seated.held(session);
     let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy() };
     let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
-    let (report, failure) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime)?;
+    let (report, stayed) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime);
     drop((proxy, keeping));
     let recorded = match (&session.record, report) {
         (Some(path), Some(mut report)) => record::write(report.network.recording.take(), path),
         _ => Ok(()),
     };
     let closed = studio.map_or(Ok(()), Studio::close);
-    endings::all([failure.map_or(Ok(()), Err), recorded, closed]).map(|()| Ended::ByPerson)
+    endings::all([stayed, recorded, closed]).map(|()| Ended::ByPerson)
 }
 
 /// Opens a window on a studio to look on, and stays until it is closed.
@@ -184,9 +184,9 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
     let keeper = Keeper::open(Preferences::file());
     note_trouble(&keeper);
     let looker = Looker::new(onlooker, first, &keeper, graphics, event_loop.create_proxy()).with_seats();
-    let (_, failure) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime)?;
+    let (_, stayed) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime);
     drop(proxy);
-    failure.map_or(Ok(Ended::ByPerson), Err)
+    stayed.map(|()| Ended::ByPerson)
 }
 
 fn means(
@@ -218,25 +218,26 @@ fn interruption(runtime: &Runtime) -> Arc<AtomicBool> {
     interrupted
 }
 
-/// Stays until the window is closed; what a stay gave who is at a wheel then, and what went wrong.
+/// Stays until the window is closed; what a stay gave who is at a wheel then, as far as it did, and what went wrong.
 fn visit(
     event_loop: EventLoop<Call>,
     mut visit: Visit,
     runtime: &Runtime,
-) -> anyhow::Result<(Option<PotterReport>, Option<anyhow::Error>)> {
-    event_loop.run_app(&mut visit).context("the window failed")?;
-    Ok(match visit.finish() {
+) -> (Option<PotterReport>, anyhow::Result<()>) {
+    let ran = event_loop.run_app(&mut visit).context("the window failed");
+    let (left, failure) = match visit.finish() {
         Here::Working(app) => {
             let (potter, failure) = app.finish();
-            (Some(runtime.block_on(potter.leave())?), failure)
+            (runtime.block_on(potter.leave()).map(Some), failure)
         }
         Here::Looking(looker) => {
             let (onlooker, failure) = looker.finish();
-            runtime.block_on(onlooker.leave())?;
-            (None, failure)
+            (runtime.block_on(onlooker.leave()).map(|_| None), failure)
         }
-        Here::Nobody => (None, None),
-    })
+        Here::Nobody => (Ok(None), None),
+    };
+    let (report, left) = left.map_or_else(|error| (None, Err(error.into())), |report| (report, Ok(())));
+    (report, endings::all([ran, failure.map_or(Ok(()), Err), left]))
 }
 
 /// Opens a window on a session that is replayed and stays until it is closed.

@@ -48,8 +48,8 @@ impl Correction {
         self.settles_s = Self::SETTLES_S;
     }
 
-    /// The coupling's force with what is left of the error, N; `stiffened_m` is how far the device moved times the coupling's
-    /// stiffness, along the contact's `normal`.
+    /// The coupling's force with what is left of the error, N, after `dt`, s; `moved_n` is how far the device moved times the coupling's
+    /// stiffness, N, and `normal` the contact's, of length one.
     ///
     /// While the proxy looks for the new clay, every change that the device's own movement does not explain is error: along the normal, and across
     /// it what is more than the coupling of that movement, since a proxy slides aside on a slope that was not there.

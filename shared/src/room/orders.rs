@@ -85,6 +85,7 @@ impl Room {
             }
             Order::Seat { client, wheel, works } => return self.seat_person(client, wheel, works),
             Order::Lock { is_locked } => self.doors.is_locked = is_locked,
+            // a room that was given no secret draws none, and has the code that it was given for good
             Order::NewCode => drop(self.doors.renew_code(now)),
             Order::Lobby { is_on } => self.doors.has_lobby = is_on,
             Order::Admit { client: 0, is_admitted } => {

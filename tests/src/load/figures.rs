@@ -4,7 +4,7 @@
 //! Invariant: what one second's tally holds is in no other.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -148,6 +148,8 @@ pub struct Recorder {
     outside: AtomicI64,
     /// Why people could not come in, and how often.
     reasons: Mutex<BTreeMap<String, u64>>,
+    /// Whether the server itself has turned somebody away.
+    is_answered: AtomicBool,
 }
 
 impl Default for Recorder {
@@ -159,6 +161,7 @@ impl Default for Recorder {
             people: AtomicI64::new(0),
             outside: AtomicI64::new(0),
             reasons: Mutex::default(),
+            is_answered: AtomicBool::new(false),
         }
     }
 }
@@ -183,12 +186,19 @@ impl Recorder {
         all
     }
 
-    /// Takes in why somebody could not come in.
-    pub fn refuse(&self, reason: String) {
+    /// Takes in why somebody could not come in, and whether the server said so.
+    pub fn refuse(&self, reason: String, is_answer: bool) {
+        self.is_answered.fetch_or(is_answer, Ordering::Relaxed);
         let mut reasons = self.reasons.lock().unwrap_or_else(PoisonError::into_inner);
         if reasons.len() < Self::REASONS_MAX || reasons.contains_key(&reason) {
             *reasons.entry(reason).or_default() += 1;
         }
+    }
+
+    /// Whether the server has turned somebody away: who asks again is told the same.
+    #[must_use]
+    pub fn is_answered(&self) -> bool {
+        self.is_answered.load(Ordering::Relaxed)
     }
 
     /// Why people could not come in, in a line, the most frequent reason first; none where everybody could.

@@ -249,7 +249,7 @@ impl Person {
         let (joined, (answer, server, round_trip, full)) = match opened.await {
             Ok(opened) => opened,
             Err(error) => {
-                studio.recorder.refuse(error.to_string());
+                studio.recorder.refuse(error.to_string(), error.is_answer());
                 return None;
             }
         };

@@ -33,7 +33,7 @@ use crate::printed::remark;
 
 /// People who share a socket.
 const PEOPLE_A_SOCKET: u32 = 16;
-/// Time after which a run in which somebody was turned away and nobody has come in is given up, s.
+/// Time after which a run in which somebody could not come in, and nobody has, is given up, s; where the server itself has said no, at once.
 const HOPES_S: f64 = 10.0;
 /// Time in which the last presses are confirmed.
 const SETTLE_WITHIN: Duration = Duration::from_secs(5);
@@ -393,7 +393,7 @@ impl<'a> Watched<'a> {
                 // people come before the measured time, and their joins are of interest all the same
                 self.total.add_joins(&tally);
             }
-            if at_s >= HOPES_S
+            if (at_s >= HOPES_S || self.studio.recorder.is_answered())
                 && self.total.join_us.is_empty()
                 && tally.join_us.is_empty()
                 && let Some(reasons) = self.studio.recorder.refusals()

@@ -25,15 +25,6 @@ pub fn boussinesq_mm(load_n: f64, contact_modulus_mpa: f64, distance_mm: f64) ->
     load_n / (std::f64::consts::PI * contact_modulus_mpa * distance_mm)
 }
 
-/// Mean pressures under a sphere at first yield and in full plasticity, MPa: `1.1·σ_y` and `2.8·σ_y`.
-///
-/// Tabor, The Hardness of Metals, 1951, for a metal whose elastic strains are small beside its plastic ones;
-/// clay, with E/σ_y near 50, stays below the second.
-#[must_use]
-pub fn tabor_mpa(yield_mpa: f64) -> [f64; 2] {
-    [1.1 * yield_mpa, 2.8 * yield_mpa]
-}
-
 /// Change of a thin ring's diameter between two opposed loads, mm, positive along them:
 /// `ΔD = (π/4 − 2/π)·P·R³/(E·I)`, which is `0.1488·P·R³/(E·I)`, with `I` in mm⁴.
 ///

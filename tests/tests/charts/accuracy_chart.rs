@@ -361,7 +361,7 @@ fn dent_is_written_for_every_element_and_printed() {
     let output = run(&["dent", "--method", "ours", "--grid", "60x70", "--release", "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8(output.stdout).unwrap();
-    for word in ["radial force", "volume in", "volume out", "pot grows", "a step"] {
+    for word in ["radial force", "volume in", "volume out", "pot becomes", "a step"] {
         assert!(said.contains(word), "{said}");
     }
     let text = std::fs::read_to_string(&file).unwrap();

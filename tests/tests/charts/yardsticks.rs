@@ -33,7 +33,6 @@ fn closed_forms_agree_where_they_meet() {
     let (sphere, depth) = (12.0, 0.3_f64);
     let mean = closed_forms::hertz_n(CONTACT_MODULUS, sphere, depth) / (PI * sphere * depth);
     close(mean, 4.0 / (3.0 * PI) * CONTACT_MODULUS * (depth / sphere).sqrt(), 1e-12, "Hertz's mean pressure");
-    assert!(closed_forms::tabor_mpa(0.04)[0] < closed_forms::tabor_mpa(0.04)[1]);
 }
 
 // free-form deformation

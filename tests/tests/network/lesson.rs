@@ -5,10 +5,10 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
-use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use pottery_client::stroke::Stroke;
 use pottery_client::view::{Link, View};
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint, find};
 use pottery_server::{Certificate, Server, ServerConfig, ServerError};
-use pottery_shared::protocol::{self, JoinCode, NoGuidance, NoOrder, NoTool, Order, Refusal, Role};
+use pottery_shared::protocol::{self, JoinCode, NoGuidance, NoOrder, NoTool, Order, Refusal, Role, TeacherToken};
 use pottery_shared::session::ClientError;
 use pottery_tests::programs::{folder, program};
 
@@ -151,6 +151,86 @@ async fn token_and_key_outlast_the_server_and_the_token_is_shown_once() {
     fs::write(data.join("teacher-token.sha256"), "otter").unwrap();
     let said = Server::start(kept).unwrap_err();
     assert!(matches!(said, ServerError::Teacher { .. }) && said.to_string().contains("--new-teacher-token"), "{said}");
+    fs::remove_dir_all(data).unwrap();
+}
+
+/// A server as a program, on a folder and a port of its own, and its join code and, the first time, the teacher's token.
+fn served(data: &Path, port: u16) -> (Child, JoinCode, Option<TeacherToken>) {
+    let listen = format!("127.0.0.1:{port}");
+    let mut server = Command::new(program("pottery-server"))
+        .args(["--listen", &listen, "--no-announce", "--wheels", "3", "--data"])
+        .arg(data)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(server.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let mut said = |name: &str| lines.find_map(|line| Some(line.strip_prefix(name)?.trim().to_owned())).unwrap();
+    let (code, teacher) = (said("join code").parse().unwrap(), said("teacher"));
+    (server, code, teacher.split(' ').next().unwrap().parse().ok())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_class_comes_back_to_its_wheels_when_the_server_was_killed_and_one_that_was_closed_has_a_new_code() {
+    let data = folder("killed");
+    let file = data.join("join-code");
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let (mut server, code, token) = served(&data, port);
+    let at = |wheel| Target::new(format!("127.0.0.1:{port}"), code.clone(), wheel);
+    let (_teachers_end, teacher) = join(&Target { teacher: token, ..at(1) }).await.unwrap();
+    let (_students_end, student) = join(&at(1)).await.unwrap();
+    until(&teacher, "everybody is told of", |view| view.class.people().count() == 2 && view.class.class().is_some())
+        .await;
+    let client = student.view().lock().number;
+    assert!(teacher.command(pottery_client::Command::Order(Order::Seat { client, wheel: 3, works: true })));
+    let works =
+        |at| move |view: &View| view.link == Link::Open && view.class.place().is_some_and(|own| own.wheel == at);
+    until(&student, "it is at wheel 3", works(3)).await;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o077, 0, "others can read the code");
+    }
+
+    server.kill().unwrap();
+    server.wait().unwrap();
+    let is_away = |view: &View| matches!(view.link, Link::ComingBack(_));
+    for potter in [&teacher, &student] {
+        until(potter, "it knows", is_away).await;
+    }
+    let (mut server, again, _) = served(&data, port);
+    assert_eq!(again, code, "nobody can come back");
+    until(&teacher, "the teacher is back", works(1)).await;
+    until(&student, "and the student where it was", works(3)).await;
+
+    // what the teacher makes of the code is kept as well
+    until(&teacher, "the teacher teaches", |view| view.class.class().is_some()).await;
+    assert!(teacher.command(pottery_client::Command::Order(Order::NewCode)));
+    let began = Instant::now();
+    let new = loop {
+        let kept = fs::read_to_string(&file).unwrap();
+        if kept.len() == code.room().len() && kept != code.room() {
+            break kept;
+        }
+        assert!(began.elapsed() < PATIENCE, "the new code is not kept: {kept}");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    };
+    until(&teacher, "the teacher is told", |view| view.class.class().unwrap().code == new).await;
+    for potter in [teacher, student] {
+        potter.leave().await.unwrap();
+    }
+    server.kill().unwrap();
+    server.wait().unwrap();
+    let (mut server, again, _) = served(&data, port);
+    assert_eq!(again.room(), new);
+
+    assert!(Command::new("kill").arg(server.id().to_string()).status().unwrap().success());
+    assert!(server.wait().unwrap().success());
+    assert!(!file.exists(), "a server that is closed leaves its code behind");
+    let (mut server, fresh, _) = served(&data, port);
+    assert_ne!(fresh.room(), new);
+    server.kill().unwrap();
+    server.wait().unwrap();
     fs::remove_dir_all(data).unwrap();
 }
 

@@ -569,7 +569,7 @@ fn deployed(name: &str) -> String {
 }
 
 #[test]
-fn what_is_deployed_uses_flags_and_settings_that_exist() {
+fn what_is_deployed_uses_flags_and_variables_that_exist() {
     let help = said(&server(&["--help"], &[]));
     let unit = deployed("pottery-server.service");
     let start = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();

@@ -18,7 +18,7 @@ use pottery_client::device::Pointer;
 use pottery_client::pot_file::PotFile;
 use pottery_client::render::{Camera, Deflection, GpuAhead, Scene, ToolView, Water};
 use pottery_client::view::Link;
-use pottery_client::{Command, Potter};
+use pottery_client::{Command, Potter, sentence};
 use pottery_shared::clay::{Material, Phase, Preset, Target, Wetness};
 use pottery_shared::units::Rpm;
 use winit::application::ApplicationHandler;
@@ -208,6 +208,7 @@ impl App {
             class: People::default(),
             history: History::default(),
             guidance: Guidance::default(),
+            is_in: true,
             round_trip_ms: Some(0.0),
             late_percent: 0.0,
             frames_per_s: 0.0,
@@ -337,7 +338,7 @@ impl App {
             Some(Wanted::Pot) => self.panel.guidance.aim_at(Target::of(&self.potter.view().lock().pot)),
             Some(Wanted::File) => match PotFile::read(&self.files.path()) {
                 Ok(file) => self.panel.guidance.aim_at(Target::of(&file.pot().pot())),
-                Err(error) => self.panel.guidance.say(error.to_string()),
+                Err(error) => self.panel.guidance.say(sentence(&error)),
             },
             None => {}
         }
@@ -348,7 +349,7 @@ impl App {
 
     fn command(&mut self, command: Command) {
         if !self.potter.command(command) {
-            self.panel.notice = Some(self.panel.words.say("not-heard"));
+            self.refusal = Some((Instant::now(), self.panel.words.say("not-heard")));
         }
     }
 
@@ -443,7 +444,8 @@ impl App {
             Some(Err(reason)) => self.refusal = Some((Instant::now(), reason)),
         }
         self.refusal.take_if(|(at, _)| at.elapsed() > REFUSED_FOR);
-        let is_heard = view.link == Link::Open && view.silence < SILENCE_MAX;
+        self.panel.is_in = view.link == Link::Open;
+        let is_heard = self.panel.is_in && view.silence < SILENCE_MAX;
         let round_trip_ms = is_heard.then(|| view.round_trip.as_secs_f32() * 1e3);
         if (has_cause || self.figures_at.elapsed() >= FIGURES_IDLE) && self.held.count(status.ticks()) {
             self.panel.device = self.held.said(&self.panel.words);

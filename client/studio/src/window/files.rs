@@ -130,6 +130,8 @@ impl Files {
         if ui.add(egui::TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY)).changed() {
             // what was asked for twice was asked of another name
             self.replaceable.clear();
+            // and whoever types an ending means it
+            self.format = Format::of(Path::new(&self.path)).unwrap_or(self.format);
         }
         ui.horizontal(|ui| {
             if ui.button(words.say("save")).clicked() {

@@ -31,7 +31,7 @@ use super::closeness::{self, Asked};
 use super::frame;
 use super::ghost;
 use super::overlay::{self, Call, Overlay};
-use super::panel::dress;
+use super::panel::{dress, show_line};
 use super::stage::{Pace, Picture, Seen, Stage};
 use super::tiles::Tiles;
 use crate::preferences::{Keeper, Preferences};
@@ -459,6 +459,7 @@ impl Looker {
         let (words, places, link) = (&self.words, &self.places, &self.link);
         let (target, camera) = (self.target.as_ref(), &self.camera);
         let (close, is_alone) = (self.close.filter(|_| self.is_close_shown), self.is_alone);
+        let has_more = self.wheels > PAGE;
         let is_waiting = places.iter().all(|place| !place.is_sent) && close.is_none();
         let (mut wish, liking, seat) = (None, &self.liking, &mut self.seat);
         overlay.enlarge(&stage.window, f32::from(liking.text_percent) / 100.0);
@@ -479,6 +480,8 @@ impl Looker {
                         places[number].standing.paint(painter, part, target);
                     };
                     wish = wish.or(tiles.show(context, said, paint).map(|number| Some(places[number].wheel)));
+                    let keys = words.say(if has_more { "page-keys-more" } else { "page-keys" });
+                    show_line(context, Align2::LEFT_TOP, &keys);
                 }
             }
             let said = match link {
@@ -534,8 +537,7 @@ impl Looker {
         let by = to - self.cursor;
         self.cursor = to;
         if self.is_turning_view {
-            self.camera.azimuth_rad -= by.x * 0.008;
-            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+            self.camera.turn(by);
         }
     }
 }

@@ -84,7 +84,9 @@ pub(super) struct PanelState {
     pub(super) class: People,
     pub(super) history: History,
     pub(super) guidance: Guidance,
-    /// None while there is no connection.
+    /// Whether the connection stands; one that is silent for a moment does.
+    pub(super) is_in: bool,
+    /// None while nothing is heard on it.
     pub(super) round_trip_ms: Option<f32>,
     pub(super) late_percent: f32,
     pub(super) frames_per_s: f32,
@@ -174,13 +176,18 @@ pub(super) fn show(
             show_gauge(ui, state, WIDTH_FOLDED);
         }
     });
-    let right = shown.filter(|_| is_open).map_or(0.0, |shown| shown.response.rect.right());
+    let end = shown.map_or(0.0, |shown| shown.response.rect.right());
+    let right = if is_open { end } else { 0.0 };
     state.covers = (right / window.width().max(1.0)).clamp(0.0, 1.0);
     show_status(context, state);
     if let Some(notice) = &state.notice {
-        // beside the panel, or over the whole of a window that it leaves nothing of
-        let left = if window.width() - right < NOTICE_LEAST { 0.0 } else { right };
-        let place = egui::Window::new("notice").title_bar(false).anchor(Align2::CENTER_TOP, [0.5 * left, 24.0]);
+        // beside the panel, and at the foot of a window that it leaves nothing of
+        let left = if is_open || window.width() < WINDOW_OPEN { end } else { 0.0 };
+        let (edge, left, down) = match window.width() - left < NOTICE_LEAST {
+            true => (Align2::CENTER_BOTTOM, 0.0, -34.0),
+            false => (Align2::CENTER_TOP, left, 24.0),
+        };
+        let place = egui::Window::new("notice").title_bar(false).anchor(edge, [0.5 * left, down]);
         place.max_width((window.width() - left - 48.0).max(NOTICE_LEAST)).show(context, |ui| {
             ui.label(RichText::new(notice).strong());
         });
@@ -209,30 +216,39 @@ fn show_controls(ui: &mut egui::Ui, state: &mut PanelState, invitation: Option<&
         invitation.show(ui, &state.words);
         ui.separator();
     }
-    ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text(state.words.say("wheel-rpm")).integer());
-    ui.horizontal(|ui| {
-        for (name, rpm) in SPEEDS {
-            if ui.selectable_label(state.rpm == rpm, state.words.say(name)).clicked() {
-                state.rpm = rpm;
+    // what everybody at the wheel has in common cannot be changed while nobody hears of it
+    let is_in = state.is_in;
+    ui.add_enabled_ui(is_in, |ui| {
+        ui.add(egui::Slider::new(&mut state.rpm, 0.0..=RPM_MAX).text(state.words.say("wheel-rpm")).integer());
+        ui.horizontal(|ui| {
+            for (name, rpm) in SPEEDS {
+                if ui.selectable_label(state.rpm == rpm, state.words.say(name)).clicked() {
+                    state.rpm = rpm;
+                }
             }
-        }
+        });
     });
     tool::show(ui, state);
     ui.separator();
-    clay::show(ui, &state.words, &mut state.wetness, &mut state.dries);
+    ui.add_enabled_ui(is_in, |ui| clay::show(ui, &state.words, &mut state.wetness, &mut state.dries));
     clay::show_finish(ui, &state.words, &mut state.liking.finish);
     ui.separator();
     show_force(ui, state);
     ui.separator();
-    state.guidance.show(ui, &state.words, &state.class);
-    part(ui, "history", |ui| state.history.show(ui, &state.words, state.class.may_change()));
+    ui.add_enabled_ui(is_in, |ui| {
+        state.guidance.show(ui, &state.words, &state.class);
+        part(ui, "history", |ui| state.history.show(ui, &state.words, state.class.may_change()));
+    });
     ui.separator();
     part(ui, "files", |ui| files.show(ui, &state.words));
     ui.separator();
-    state.class.show(ui, &state.words, &state.people, state.wetness, state.rpm);
+    ui.add_enabled_ui(is_in, |ui| {
+        state.class.show(ui, &state.words, &state.people, state.wetness, state.rpm);
+    });
     ui.separator();
     if let Some(looks_on) = &mut state.looks_on {
-        *looks_on |= part(ui, "look-on", |ui| ui.button(state.words.say("look-on")).clicked());
+        let button = egui::Button::new(state.words.say("look-on"));
+        *looks_on |= part(ui, "look-on", |ui| ui.add_enabled(is_in, button).clicked());
         ui.separator();
     }
     part(ui, "preferences", |ui| liking::show(ui, state));
@@ -295,12 +311,20 @@ fn show_status(context: &egui::Context, state: &PanelState) {
             ("adapter", &state.adapter),
         ],
     );
-    egui::Area::new(egui::Id::unique("status")).anchor(Align2::LEFT_BOTTOM, [14.0, -10.0]).show(context, |ui| {
+    show_line(context, Align2::LEFT_BOTTOM, &figures);
+}
+
+/// A small line over the picture, at one of the window's edges; what is under it can be clicked.
+pub(super) fn show_line(context: &egui::Context, edge: Align2, said: &str) {
+    let inwards = -10.0 * edge.to_sign();
+    let area = egui::Area::new(egui::Id::unique(("line", edge))).interactable(false);
+    area.order(egui::Order::Foreground).anchor(edge, [1.4 * inwards.x, inwards.y]).show(context, |ui| {
         // what is left out where the window is narrow stands last
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
         ui.set_max_width((context.content_rect().width() - 28.0).max(0.0));
-        // over the picture, which is as dark in either look
-        ui.label(RichText::new(figures).small().color(Color32::from_gray(200)));
+        // the picture is as dark in either look
+        let said = RichText::new(said).small().color(Color32::from_gray(200));
+        ui.add(egui::Label::new(said).selectable(false));
     });
 }
 

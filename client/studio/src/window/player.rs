@@ -213,8 +213,7 @@ impl Player {
         let by = to - self.cursor;
         self.cursor = to;
         if self.is_turning_view {
-            self.camera.azimuth_rad -= by.x * 0.008;
-            self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, 1.4);
+            self.camera.turn(by);
         }
     }
 }

@@ -76,7 +76,7 @@ form-ball = Kugel
 remaking = der Ton wird neu geformt …
 no-undo = nichts Eigenes zurückzunehmen: die Scheibe merkt sich die letzten zehn Minuten
 no-redo = nichts Eigenes zu wiederholen: wer nach dem Zurücknehmen weiterdrückt, bleibt dabei
-no-pot = das Studio kann diesen Topf nicht auf diese Scheibe stellen
+no-pot = die Werkstatt kann diesen Topf nicht auf diese Scheibe stellen
 save = Speichern
 open = Öffnen
 open-hint = stellt den Topf der Datei für alle auf die Scheibe; Zurück nimmt es zurück
@@ -87,8 +87,8 @@ written = geschrieben: { $path }
 opened = { $path } kommt auf die Scheibe
 replace = { $path } gibt es schon: noch einmal ersetzt sie
 no-name = Gib der Datei erst einen Namen.
-not-written = die Datei wurde nicht geschrieben
-no-thread = kein Faden für die Datei: { $reason }
+not-written = die Arbeit an der Datei ist gescheitert: Versuch es noch einmal, und sieh dir die Datei an, bevor du dich auf sie verlässt
+no-thread = das System hat für die Arbeit an der Datei keinen Platz mehr ({ $reason }): Schließ andere Programme und versuch es noch einmal
 
 ## Preferences
 
@@ -172,7 +172,7 @@ no-order-teacher = Das kann nur eine Lehrperson; tritt mit ihrem Token bei.
 no-order-wheel = Hier ist keine Scheibe { $wheel }.
 no-order-person = Hier hat niemand die Nummer { $number }.
 no-order-cannot = Das Programm dieser Person kann an keiner Scheibe arbeiten.
-no-order-long-ago = Die Scheibe erinnert sich bis zum Takt { $tick } und nicht weiter.
+no-order-long-ago = Die Scheibe erinnert sich an { $seconds } s und nicht an mehr.
 no-order-nothing = An dieser Scheibe ist nichts von dir zurückzunehmen.
 
 ## The keys
@@ -215,6 +215,7 @@ press-lean = F G, Alt + Rad; X
 
 ## A device that is fitted to the hand
 
+no-fitting = was du in der Hand hast, braucht keine Anpassung: Die ist für Geräte, die Kraft geben
 fitting-begin = Gerät an die Hand anpassen (C)
 fitting = Das Gerät an die Hand anpassen
 fitting-rest = 1 von 2: wo die Hand ruht
@@ -252,6 +253,8 @@ lesson-close = Schließen
 replay-equal = { $snapshots } Stände kamen heraus, wie sie aufgezeichnet sind
 replay-unlike = der Ton bei { $seconds } s kam anders heraus, als er aufgezeichnet ist
 replay-keys = Leertaste: abspielen, anhalten · links, rechts: { $seconds } s · Pos1: Anfang · R: Ansicht · Esc: gehen
+page-keys = Klick: eine Scheibe von nahem · links, rechts: drehen · Esc: gehen
+page-keys-more = Klick: eine Scheibe von nahem · links, rechts: drehen · Bild auf, Bild ab: andere Scheiben · Esc: gehen
 close-keys = links, rechts, ziehen: drehen · Esc: alle Scheiben
 close-keys-alone = links, rechts, ziehen: drehen · Esc: gehen
 replay-pause = Anhalten

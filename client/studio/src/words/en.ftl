@@ -87,8 +87,8 @@ written = written: { $path }
 opened = { $path } is put on the wheel
 replace = { $path } is there already: ask once more to replace it
 no-name = Give the file a name first.
-not-written = the file was not written
-no-thread = no thread for the file: { $reason }
+not-written = the work on the file failed: try again, and look at the file before you rely on it
+no-thread = the system has no room left for the file's work ({ $reason }): close other programs and try again
 
 ## Preferences
 
@@ -172,7 +172,7 @@ no-order-teacher = Only a teacher can do that; join with the teacher's token.
 no-order-wheel = There is no wheel { $wheel } here.
 no-order-person = Nobody here has the number { $number }.
 no-order-cannot = That person's program cannot take a place at a wheel.
-no-order-long-ago = The wheel remembers back to tick { $tick } and no farther.
+no-order-long-ago = The wheel remembers { $seconds } s and no more.
 no-order-nothing = There is nothing of yours to take back at that wheel.
 
 ## The keys
@@ -215,6 +215,7 @@ press-lean = F G, Alt + wheel; X
 
 ## A device that is fitted to the hand
 
+no-fitting = what is in your hand needs no fitting: that is for devices that give force
 fitting-begin = Fit the device to your hand (C)
 fitting = Fit the device to your hand
 fitting-rest = 1 of 2: where your hand rests
@@ -252,6 +253,8 @@ lesson-close = Close
 replay-equal = { $snapshots } snapshots came out as they were recorded
 replay-unlike = the clay of { $seconds } s came out otherwise than it was recorded
 replay-keys = space: play or pause · left, right: { $seconds } s · Home: begin · R: view · Esc: leave
+page-keys = click: one wheel closely · left, right: turn · Esc: leave
+page-keys-more = click: one wheel closely · left, right: turn · page up, page down: other wheels · Esc: leave
 close-keys = left, right, drag: turn · Esc: all wheels
 close-keys-alone = left, right, drag: turn · Esc: leave
 replay-pause = Pause

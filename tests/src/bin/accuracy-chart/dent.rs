@@ -274,7 +274,14 @@ fn print(flags: &DentFlags, dent: &Dent, dented: &Dented) -> Result<(), Box<dyn 
     writeln!(Printed, "volume in       {:.2} mm³", dented.volume_in_mm3)?;
     writeln!(Printed, "volume out      {:.2} mm³", dented.volume_out_mm3)?;
     if let Some(grows_mm) = dented.grows_mm {
-        writeln!(Printed, "pot grows       {:.3} mm higher by what stays pressed in", thousandths(grows_mm))?;
+        let way = if grows_mm < 0.0 { "lower" } else { "higher" };
+        // on a core, which is no clay to the law, what is kept is the volume of all that the surface holds
+        let over = if dent.pot.support == Support::Backed { ", over all of its section" } else { "" };
+        writeln!(
+            Printed,
+            "pot becomes     {:.3} mm {way} by what stays pressed in{over}",
+            thousandths(grows_mm.abs())
+        )?;
     }
     let knows_inside = dent.method == MethodKind::Plastic && dent.pot.support == Support::Hollow;
     if let Some(behind_mm) = dented.behind_mm.filter(|_| knows_inside) {

@@ -357,6 +357,21 @@ impl LawFlags {
 impl SoakFlags {
     /// The scenario `soak` unless another is named.
     pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
+        let run = &self.run;
+        let of_a_server = [
+            ("--spawn", run.spawn),
+            ("--server", run.server.is_some()),
+            ("--threshold", !run.threshold.is_empty()),
+            ("--abort-on-fail", run.abort_on_fail),
+            ("--duration", run.duration.is_some()),
+            ("--html", run.html.is_some()),
+        ];
+        let given = of_a_server.into_iter().find(|(_, is_given)| *is_given);
+        if let Some((flag, _)) = given.filter(|_| self.virtual_s.is_some()) {
+            return Err(
+                format!("a room in virtual time has no server, no seconds and no page: leave {flag} out").into()
+            );
+        }
         self.run.plan_of(self.run.scenario.as_deref().or(Some("soak")))
     }
 }

@@ -3,6 +3,8 @@
 //! Owns the order of steps towards device and preferences; the card itself is `window/fitting.rs`.
 //! Invariant: while the hand is measured the device has no tool and no force, and whatever ends the fitting gives both back.
 
+use std::time::Instant;
+
 use pottery_client::device::{Fitting, Step};
 
 use super::App;
@@ -35,9 +37,12 @@ impl App {
         }
     }
 
-    /// Does what was asked for; without a device that can be fitted, nothing.
+    /// Does what was asked for; of what cannot be fitted, it says so.
     pub(super) fn answer_fitting(&mut self, answer: Answer) {
-        let Some(monitor) = &self.held.monitor else { return };
+        let Some(monitor) = &self.held.monitor else {
+            self.refusal = Some((Instant::now(), self.panel.words.say("no-fitting")));
+            return;
+        };
         let Some(Shown { mut fitting, is_there }) = self.panel.fitting else {
             if matches!(answer, Answer::Begin | Answer::GoOn) {
                 monitor.set_fitting(true);

@@ -23,8 +23,6 @@ const PUSH_STEP_M: f32 = 0.001;
 const TURN_STEP_DEG: f32 = 5.0;
 /// What it leans a tool by: over the length of a rib, that is 2 mm.
 const LEAN_STEP_DEG: f32 = 1.0;
-/// The steepest view that the mouse reaches as well, rad.
-const FROM_ABOVE_RAD: f32 = 1.4;
 /// How many times closer one key or one step of the mouse wheel brings the view, and how near and far it goes, m.
 const CLOSER: f32 = 1.0 / 0.9;
 const DISTANCE_M: (f32, f32) = (0.25, 2.0);
@@ -148,7 +146,7 @@ impl App {
             Key::Character("s") => self.hand.push(-PUSH_STEP_M),
             Key::Character("r" | "1") => self.camera = Camera::on(&self.potter.view().lock().pot),
             Key::Character("2") => self.camera.elevation_rad = 0.0,
-            Key::Character("3") => self.camera.elevation_rad = FROM_ABOVE_RAD,
+            Key::Character("3") => self.camera.elevation_rad = Camera::ABOVE_RAD,
             Key::Character("k") => self.is_cut = !self.is_cut,
             Key::Character("l") => self.panel.liking.finish = self.panel.liking.finish.next(),
             Key::Character("i") => self.hand.change_side(),
@@ -180,7 +178,7 @@ impl App {
         let Some(stage) = &self.stage else { return };
         let size = stage.window.inner_size();
         if self.turning_view {
-            self.turn_view(by);
+            self.camera.turn(by);
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
         self.pointed = Some(ndc);
@@ -210,16 +208,10 @@ impl App {
                 }
             }
             Asked::View { by, closer } => {
-                self.turn_view(by);
+                self.camera.turn(by);
                 self.zoom(closer);
             }
         }
-    }
-
-    /// Turns the view by so many pixels of a pointer's way.
-    fn turn_view(&mut self, by: Vec2) {
-        self.camera.azimuth_rad -= by.x * 0.008;
-        self.camera.elevation_rad = (self.camera.elevation_rad + by.y * 0.006).clamp(-0.1, FROM_ABOVE_RAD);
     }
 
     /// Brings the view so many times closer.

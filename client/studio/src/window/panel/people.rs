@@ -33,14 +33,16 @@ pub(in crate::window) fn nickname(words: &Words, name: Nickname) -> String {
 }
 
 /// Why an order was not carried out, in the window's language.
-fn refused(words: &Words, reason: NoOrder) -> String {
+fn refused(words: &Words, reason: NoOrder, now: Tick) -> String {
     let with = |message, name, number: u64| words.say_with(message, &[(name, &number.to_string())]);
     match reason {
         NoOrder::NotTeacher => words.say("no-order-teacher"),
         NoOrder::Wheel { wheel } => with("no-order-wheel", "wheel", wheel.into()),
         NoOrder::Person { client } => with("no-order-person", "number", client.into()),
         NoOrder::CannotWork => words.say("no-order-cannot"),
-        NoOrder::TooLongAgo { oldest } => with("no-order-long-ago", "tick", oldest),
+        NoOrder::TooLongAgo { oldest } => {
+            with("no-order-long-ago", "seconds", now.0.saturating_sub(oldest) / Tick::PER_SECOND)
+        }
         NoOrder::NothingBack => words.say("no-order-nothing"),
     }
 }
@@ -135,7 +137,7 @@ impl People {
             part(ui, "class", |ui| header.show(ui, |ui| self.show_class(ui, words, &class, (wetness, rpm))));
         }
         if let Some((_, reason)) = self.said {
-            ui.label(RichText::new(refused(words, reason)).small());
+            ui.label(RichText::new(refused(words, reason, self.now)).small());
         }
     }
 
