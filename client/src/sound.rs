@@ -1,14 +1,15 @@
 //! The sound of a tool on clay: what is rubbed how, the voice that makes samples of it, and where they are heard.
 //!
 //! Knows no clay and no hand: both arrive as a [`Rub`].
-//! Invariant: a machine without sound is silent, and says why to whoever asks.
+//! Invariant: a machine without sound is silent, says why to whoever asks, and is heard when a sound server comes.
 
 #[cfg(all(feature = "sound", target_os = "linux"))]
 mod pulse;
 mod voice;
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::Duration;
 
 pub use voice::{STEP_MAX, Voice};
 
@@ -40,13 +41,21 @@ pub enum SoundError {
     Unsupported,
 }
 
-/// The sound of one hand, in a thread of its own.
+/// How long nothing is asked for until a server counts as gone; one at work asks every 10 ms.
+const GONE_AFTER: Duration = Duration::from_secs(3);
+/// Time between two looks for a server where there is none.
+const LOOK_EVERY: Duration = Duration::from_secs(5);
+
+/// How the last look for a server ended; none while it goes on.
+type Outcome = Option<Result<(), SoundError>>;
+
+/// The sound of one hand, in a thread of its own, which looks for a server that plays it, and for another when that one is gone.
 ///
 /// It ends with the value.
 #[derive(Debug)]
 pub struct Sound {
     is_muted: Arc<AtomicBool>,
-    outcome: Arc<OnceLock<Result<(), SoundError>>>,
+    outcome: Arc<Mutex<Outcome>>,
     /// Hung up when the value goes, which ends the thread.
     _ends: mpsc::SyncSender<()>,
 }
@@ -56,20 +65,12 @@ impl Sound {
     #[must_use]
     pub fn start(is_muted: bool, listen: impl FnMut() -> Rub + Send + 'static) -> Self {
         let (ends, over) = mpsc::sync_channel(0);
-        let sound =
-            Self { is_muted: Arc::new(AtomicBool::new(is_muted)), outcome: Arc::new(OnceLock::new()), _ends: ends };
-        let (muted, outcome) = (Arc::clone(&sound.is_muted), Arc::clone(&sound.outcome));
-        let thread = std::thread::Builder::new().name("sound".into()).spawn(move || {
-            let heard = play(Player { listen, is_muted: muted, voice: Voice::default() });
-            let played = heard.as_ref().map(|_| ()).map_err(Clone::clone);
-            // there is one thread, and it says so once
-            outcome.get_or_init(|| played);
-            // an error is what the end sounds like: nobody ever sends
-            over.recv().ok();
-            drop(heard);
-        });
+        let sound = Self { is_muted: Arc::new(AtomicBool::new(is_muted)), outcome: Arc::default(), _ends: ends };
+        let (is_muted, outcome) = (Arc::clone(&sound.is_muted), Arc::clone(&sound.outcome));
+        let player = Arc::new(Mutex::new(Player { listen, is_muted, voice: Voice::default(), asked: 0 }));
+        let thread = std::thread::Builder::new().name("sound".into()).spawn(move || keep(&player, &outcome, &over));
         if let Err(error) = thread {
-            sound.outcome.get_or_init(|| Err(SoundError::NoServer { reason: error.to_string() }));
+            *locked(&sound.outcome) = Some(Err(SoundError::NoServer { reason: error.to_string() }));
         }
         sound
     }
@@ -82,14 +83,47 @@ impl Sound {
     /// Whether a server plays it.
     #[must_use]
     pub fn is_played(&self) -> bool {
-        self.outcome.get().is_some_and(Result::is_ok)
+        matches!(*locked(&self.outcome), Some(Ok(())))
     }
 
     /// Why nothing is heard; none while that is not known yet, or when it is heard.
     #[must_use]
-    pub fn trouble(&self) -> Option<&SoundError> {
-        self.outcome.get()?.as_ref().err()
+    pub fn trouble(&self) -> Option<SoundError> {
+        locked(&self.outcome).as_ref()?.as_ref().err().cloned()
     }
+}
+
+/// Plays until it is `over`, at whatever server there is.
+fn keep<L: FnMut() -> Rub + Send + 'static>(
+    player: &Arc<Mutex<Player<L>>>,
+    outcome: &Mutex<Outcome>,
+    over: &mpsc::Receiver<()>,
+) {
+    loop {
+        let heard = play(Arc::clone(player));
+        *locked(outcome) = Some(heard.as_ref().map(|_| ()).map_err(Clone::clone));
+        if matches!(heard, Err(SoundError::Unsupported)) {
+            return;
+        }
+        let wait = if heard.is_ok() { GONE_AFTER } else { LOOK_EVERY };
+        let mut before = None;
+        loop {
+            let asked = Some(locked(player).asked);
+            if asked == before {
+                // a server that asks no more is gone
+                break;
+            }
+            before = asked;
+            if over.recv_timeout(wait) != Err(mpsc::RecvTimeoutError::Timeout) {
+                return;
+            }
+        }
+    }
+}
+
+/// Whoever panicked with it held nothing that is half done.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a server asks for samples.
@@ -101,11 +135,14 @@ struct Player<L> {
     listen: L,
     is_muted: Arc<AtomicBool>,
     voice: Voice,
+    /// How often it was asked.
+    asked: u64,
 }
 
 #[cfg(all(feature = "sound", target_os = "linux"))]
 impl<L: FnMut() -> Rub> Player<L> {
     fn fill(&mut self, samples: &mut [f32]) {
+        self.asked += 1;
         let rub = if self.is_muted.load(Ordering::Relaxed) { Rub::default() } else { (self.listen)() };
         self.voice.fill(rub, samples);
     }
@@ -115,6 +152,6 @@ impl<L: FnMut() -> Rub> Player<L> {
 use pulse::play;
 
 #[cfg(not(all(feature = "sound", target_os = "linux")))]
-fn play<L>(_: Player<L>) -> Result<(), SoundError> {
+fn play<L>(_: Arc<Mutex<Player<L>>>) -> Result<(), SoundError> {
     Err(SoundError::Unsupported)
 }

@@ -3,13 +3,14 @@
 //! Owns the connection; the server asks for samples when it needs them.
 //! Invariant: never more than [`AHEAD`] of sound waits in the server.
 
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use pulseaudio::protocol::{ChannelMap, DEFAULT_SINK, PlaybackStreamParams, SampleFormat, SampleSpec};
 use pulseaudio::protocol::{stream::BufferAttr, stream::StreamFlags};
 use pulseaudio::{AsPlaybackSource, Client, PlaybackStream};
 
-use super::{Player, RATE_HZ, Rub, SoundError};
+use super::{Player, RATE_HZ, Rub, SoundError, locked};
 
 /// Sound that the server holds, and the least that it asks for: force and sound belong together within 50 ms.
 const AHEAD: Duration = Duration::from_millis(30);
@@ -23,7 +24,7 @@ fn bytes(time: Duration) -> u32 {
 
 /// Plays until what it returns is dropped.
 pub(super) fn play<L: FnMut() -> Rub + Send + 'static>(
-    mut player: Player<L>,
+    player: Arc<Mutex<Player<L>>>,
 ) -> Result<(Client, PlaybackStream), SoundError> {
     let no_server = |error: pulseaudio::ClientError| {
         let cause = std::error::Error::source(&error).map(|cause| format!(": {cause}")).unwrap_or_default();
@@ -48,7 +49,7 @@ pub(super) fn play<L: FnMut() -> Rub + Send + 'static>(
     let source = move |asked: &mut [u8]| {
         let count = asked.len() / SAMPLE;
         samples.resize(count, 0.0);
-        player.fill(&mut samples);
+        locked(&player).fill(&mut samples);
         for (bytes, sample) in asked.chunks_exact_mut(SAMPLE).zip(&samples) {
             bytes.copy_from_slice(&sample.to_le_bytes());
         }

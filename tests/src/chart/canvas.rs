@@ -67,13 +67,13 @@ impl Canvas {
         self.painter.clip_rect()
     }
 
-    fn laid_out(&self, text: &str, size: f32, colour: Color32) -> Arc<Galley> {
-        self.painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), colour)
+    fn laid_out(&self, text: &str, size: f32) -> Arc<Galley> {
+        self.painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), INK)
     }
 
     /// Room that words take.
     pub(super) fn size_of(&self, text: &str, size: f32) -> Vec2 {
-        self.laid_out(text, size, INK).size()
+        self.laid_out(text, size).size()
     }
 
     /// Words at a place; returns where they stand.
@@ -83,7 +83,7 @@ impl Canvas {
 
     /// Words that read upwards, their middle at a place.
     pub(super) fn upright(&self, middle: Pos2, text: &str, size: f32) {
-        let galley = self.laid_out(text, size, INK);
+        let galley = self.laid_out(text, size);
         let corner = middle + Vec2::new(-galley.size().y, galley.size().x) * 0.5;
         self.painter.add(TextShape::new(corner, galley, INK).with_angle(-std::f32::consts::FRAC_PI_2));
     }

@@ -151,7 +151,7 @@ fn a_machine_with_or_without_sound_goes_on_and_says_which() {
     sound.mute(true);
     if let Some(trouble) = sound.trouble() {
         let sentence = trouble.to_string();
-        assert!(sentence.contains("start PulseAudio or PipeWire") || *trouble == SoundError::Unsupported, "{sentence}");
+        assert!(sentence.contains("start PulseAudio or PipeWire") || trouble == SoundError::Unsupported, "{sentence}");
     }
     drop(sound);
 }

@@ -75,6 +75,20 @@ fn what_rubs_the_clay_is_heard_until_it_is_muted() {
 }
 
 #[test]
+fn a_sound_server_that_goes_is_told_and_the_next_one_is_heard() {
+    let Some(path) = where_the_server_is("a_sound_server_that_goes_is_told_and_the_next_one_is_heard") else { return };
+    let server = PulseTwin::listen(&path, Trouble::None);
+    let sound = Sound::start(false, || USUAL);
+    is_heard(&server);
+    drop(server);
+    std::fs::remove_file(&path).expect("a socket was there");
+    until("nobody notices that it is gone", || sound.trouble().is_some());
+    let server = PulseTwin::listen(&path, Trouble::None);
+    is_heard(&server);
+    assert!(sound.is_played() && sound.trouble().is_none());
+}
+
+#[test]
 fn without_a_server_it_is_silent_and_one_sentence_says_why() {
     let Some(path) = where_the_server_is("without_a_server_it_is_silent_and_one_sentence_says_why") else { return };
     let says_why = |what: &str| {

@@ -418,7 +418,7 @@ impl App {
         let status = self.potter.status();
         self.panel.force_n = status.force_n();
         self.panel.is_touching = status.elements() > 0;
-        self.panel.no_sound = self.held.sound.trouble().map(ToString::to_string);
+        self.panel.no_sound = self.held.sound.trouble().map(|trouble| trouble.to_string());
         self.panel.pushed_mm = self.hand.pushed_m() * 1e3;
         if std::mem::take(&mut self.panel.changes_side) {
             self.hand.change_side();
