@@ -388,6 +388,30 @@ fn pressed(name: &str, flags: &[&str]) -> (String, String) {
 }
 
 #[test]
+fn a_wall_that_lies_beyond_a_tool_is_warned_of() {
+    let said = |depth: &str| {
+        pressed(
+            "beyond.csv",
+            &[
+                "--method",
+                "ours",
+                "--support",
+                "hollow",
+                "--grid",
+                "126x68",
+                "--tool-radius-mm",
+                "20",
+                "--depth-mm",
+                depth,
+            ],
+        )
+        .1
+    };
+    assert!(said("20").contains("mm beyond the tool"), "{}", said("20"));
+    assert_eq!(said("4"), "");
+}
+
+#[test]
 fn grid_that_is_too_coarse_for_the_tool_is_warned_of_with_one_that_is_not() {
     let warning = |flags: &[&str]| pressed("coarse.csv", &[&["--method", "ours", "--release"], flags].concat()).1;
     assert!(

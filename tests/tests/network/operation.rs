@@ -598,6 +598,13 @@ fn what_is_deployed_uses_flags_and_variables_that_exist() {
         let name = variable.split('=').next().unwrap();
         assert!(help.contains(name), "{name} is not known to the server");
     }
+    // what is built is taken in, and nothing else
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let workspace: toml::Table = fs::read_to_string(root.join("Cargo.toml")).unwrap().parse().unwrap();
+    for member in workspace["workspace"]["members"].as_array().unwrap() {
+        let folder = member.as_str().unwrap().split('/').next().unwrap();
+        assert!(image.contains(&format!("\nCOPY {folder} {folder}\n")), "the image does not take {folder} in");
+    }
     // the toolchain of the image is the project's
     let toolchain: toml::Table =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rust-toolchain.toml"))

@@ -188,6 +188,10 @@ const FEW: u32 = 6;
 /// Columns across a contact from which on they tell its force within some percent.
 const FEW_ACROSS: f32 = 4.0;
 
+/// How far clay may lie beyond a tool without a word, of its travel and at least, mm.
+const BEYOND: f32 = 0.01;
+const BEYOND_MM: f32 = 0.02;
+
 /// What is to be known of a grid whose elements are longer than a quarter of the tool's radius.
 fn coarse(dent: &Dent) -> Option<String> {
     // whatever anybody sees
@@ -208,6 +212,14 @@ fn coarse(dent: &Dent) -> Option<String> {
         Rounded(up_mm),
         Rounded(0.25 * dent.tool.as_mm())
     ))
+}
+
+/// How far clay lies beyond a tool that still presses it, mm, where that is worth a word: in a hollow wall that folds more steeply than the tool is round.
+fn beyond_mm(dent: &Dent, dented: &Dented) -> Option<f32> {
+    let is_felt = dent.method == MethodKind::Plastic && !dent.release && dent.round.is_none();
+    let farthest_mm = dented.radial_mm.iter().fold(0.0_f32, |most, moved_mm| most.max(-moved_mm));
+    let beyond_mm = farthest_mm - dent.depth.as_mm();
+    (is_felt && beyond_mm > BEYOND_MM.max(BEYOND * dent.depth.as_mm())).then_some(beyond_mm)
 }
 
 /// Presses as the flags say, writes the surface and prints what was measured.
@@ -232,6 +244,11 @@ pub(crate) fn run(flags: &DentFlags) -> Result<(), Box<dyn std::error::Error>> {
         remark(format_args!(
             "accuracy-chart: the tool is met by {columns:.1} columns across, so that force and dent come in steps of up to a tenth; press deeper, or give \
              more columns with --grid"
+        ));
+    }
+    if let Some(beyond_mm) = beyond_mm(&dent, &dented) {
+        remark(format_args!(
+            "accuracy-chart: the wall lies up to {beyond_mm:.2} mm beyond the tool, since a wall that is pressed in so deep is folded only roughly; press less deep"
         ));
     }
     let idle = flags.idle();
