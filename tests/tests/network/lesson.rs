@@ -154,17 +154,27 @@ async fn token_and_key_outlast_the_server_and_the_token_is_shown_once() {
     fs::remove_dir_all(data).unwrap();
 }
 
+/// A program that is killed where the test ends, however that is.
+struct Served(Child);
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        // it may have ended by itself
+        drop((self.0.kill(), self.0.wait()));
+    }
+}
+
 /// A server as a program, on a folder and a port of its own, and its join code and, the first time, the teacher's token.
-fn served(data: &Path, port: u16) -> (Child, JoinCode, Option<TeacherToken>) {
+fn served(data: &Path, port: u16) -> (Served, JoinCode, Option<TeacherToken>) {
     let listen = format!("127.0.0.1:{port}");
-    let mut server = Command::new(program("pottery-server"))
+    let server = Command::new(program("pottery-server"))
         .args(["--listen", &listen, "--no-announce", "--wheels", "3", "--data"])
         .arg(data)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(server.stdout.take().unwrap()).lines().map(Result::unwrap);
+        .spawn();
+    let mut server = Served(server.unwrap());
+    let mut lines = BufReader::new(server.0.stdout.take().unwrap()).lines().map(Result::unwrap);
     let mut said = |name: &str| lines.find_map(|line| Some(line.strip_prefix(name)?.trim().to_owned())).unwrap();
     let (code, teacher) = (said("join code").parse().unwrap(), said("teacher"));
     (server, code, teacher.split(' ').next().unwrap().parse().ok())
@@ -175,7 +185,7 @@ async fn a_class_comes_back_to_its_wheels_when_the_server_was_killed_and_one_tha
     let data = folder("killed");
     let file = data.join("join-code");
     let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let (mut server, code, token) = served(&data, port);
+    let (server, code, token) = served(&data, port);
     let at = |wheel| Target::new(format!("127.0.0.1:{port}"), code.clone(), wheel);
     let (_teachers_end, teacher) = join(&Target { teacher: token, ..at(1) }).await.unwrap();
     let (_students_end, student) = join(&at(1)).await.unwrap();
@@ -192,13 +202,12 @@ async fn a_class_comes_back_to_its_wheels_when_the_server_was_killed_and_one_tha
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o077, 0, "others can read the code");
     }
 
-    server.kill().unwrap();
-    server.wait().unwrap();
+    drop(server);
     let is_away = |view: &View| matches!(view.link, Link::ComingBack(_));
     for potter in [&teacher, &student] {
         until(potter, "it knows", is_away).await;
     }
-    let (mut server, again, _) = served(&data, port);
+    let (server, again, _) = served(&data, port);
     assert_eq!(again, code, "nobody can come back");
     until(&teacher, "the teacher is back", works(1)).await;
     until(&student, "and the student where it was", works(3)).await;
@@ -219,18 +228,16 @@ async fn a_class_comes_back_to_its_wheels_when_the_server_was_killed_and_one_tha
     for potter in [teacher, student] {
         potter.leave().await.unwrap();
     }
-    server.kill().unwrap();
-    server.wait().unwrap();
+    drop(server);
     let (mut server, again, _) = served(&data, port);
     assert_eq!(again.room(), new);
 
-    assert!(Command::new("kill").arg(server.id().to_string()).status().unwrap().success());
-    assert!(server.wait().unwrap().success());
+    assert!(Command::new("kill").arg(server.0.id().to_string()).status().unwrap().success());
+    assert!(server.0.wait().unwrap().success());
     assert!(!file.exists(), "a server that is closed leaves its code behind");
-    let (mut server, fresh, _) = served(&data, port);
+    let (server, fresh, _) = served(&data, port);
     assert_ne!(fresh.room(), new);
-    server.kill().unwrap();
-    server.wait().unwrap();
+    drop(server);
     fs::remove_dir_all(data).unwrap();
 }
 
