@@ -29,7 +29,6 @@ pub mod view;
 mod way_back;
 mod worker;
 
-pub use pottery_files::hex;
 pub use pottery_files::sentence::{of_line, sentence};
 pub use pottery_files::{flags, pot_file, whole_file};
 pub use quinn::Endpoint;

@@ -46,7 +46,7 @@ const GONE_AFTER: Duration = Duration::from_secs(3);
 /// Time between two looks for a server where there is none.
 const LOOK_EVERY: Duration = Duration::from_secs(5);
 
-/// How the last look for a server ended; none while it goes on.
+/// How the last look for a server ended; none before the first one has.
 type Outcome = Option<Result<(), SoundError>>;
 
 /// The sound of one hand, in a thread of its own, which looks for a server that plays it, and for another when that one is gone.

@@ -7,7 +7,7 @@ use std::fs;
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 
-use pottery_files::hex::{from_hex, to_hex};
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use pottery_files::whole_file::write_whole;
 use pottery_shared::protocol::TeacherToken;
 use pottery_shared::room::{TokenHash, token_hash};
@@ -37,8 +37,9 @@ impl Teacher {
             let refused = |reason: String| ServerError::Teacher { path: path.to_path_buf(), reason };
             match fs::read_to_string(path) {
                 Ok(text) => {
-                    let hash =
-                        from_hex(text.trim()).ok_or_else(|| refused("it has not 64 hexadecimal digits".into()))?;
+                    let bytes = HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok();
+                    let hash = bytes.and_then(|bytes| bytes.try_into().ok());
+                    let hash = hash.ok_or_else(|| refused("it has not 64 hexadecimal digits".into()))?;
                     return Ok(Self { hash, token: None });
                 }
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
@@ -48,7 +49,7 @@ impl Teacher {
         let token = TeacherToken(random()?);
         let hash = token_hash(&token.0);
         if let Some(path) = path
-            && let Err(error) = write_whole(&path, |file| writeln!(file, "{}", to_hex(&hash)))
+            && let Err(error) = write_whole(&path, |file| writeln!(file, "{}", HEXLOWER.encode(&hash)))
         {
             tracing::warn!("the teacher's token is good for this run only: {error}");
         }

@@ -41,12 +41,15 @@ impl Default for Camera {
 impl Camera {
     /// Steepest view up or down, rad: short of the axis, where no side would be up.
     pub const ELEVATION_MAX_RAD: f32 = 1.54;
-    /// Nearly from above, rad.
+    /// Highest that a pointer turns the view, rad: nearly from above.
     pub const ABOVE_RAD: f32 = 1.4;
     /// Least distance from the target, m.
     pub const DISTANCE_MIN_M: f32 = 0.05;
     /// Narrower pictures (width over height) widen the angle of view instead of cutting the pot off.
     pub const ASPECT_MIN: f32 = 1.1;
+    /// By how much a pixel turns the view round the axis and up, rad, and how far it looks up from below the target, rad.
+    const TURN_RAD: Vec2 = Vec2::new(0.008, 0.006);
+    const BELOW_RAD: f32 = -0.1;
     const NEAR_M: f32 = 0.02;
     const FAR_M: f32 = 8.0;
 
@@ -62,8 +65,9 @@ impl Camera {
 
     /// Turns the view by so many pixels of a pointer's way, as if it held the room.
     pub fn turn(&mut self, by: Vec2) {
-        self.azimuth_rad -= by.x * 0.008;
-        self.elevation_rad = (self.elevation_rad + by.y * 0.006).clamp(-0.1, Self::ABOVE_RAD);
+        let by_rad = by * Self::TURN_RAD;
+        self.azimuth_rad -= by_rad.x;
+        self.elevation_rad = (self.elevation_rad + by_rad.y).clamp(Self::BELOW_RAD, Self::ABOVE_RAD);
     }
 
     fn backwards(&self) -> Vec3 {

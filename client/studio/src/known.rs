@@ -9,7 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
-use pottery_client::hex::{from_hex, to_hex};
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use pottery_client::whole_file::write_whole;
 use pottery_client::{Target, sentence};
 
@@ -39,7 +39,7 @@ impl Known {
             Err(error) => return Err(error).with_context(|| format!("{} cannot be read", path.display())),
         };
         for (address, key) in &keys {
-            ensure!(from_hex(key).is_some(), "{}: the key of {address} is none; correct or delete it", path.display());
+            ensure!(key_of(key).is_some(), "{}: the key of {address} is none; correct or delete it", path.display());
         }
         Ok(Self { file, keys })
     }
@@ -47,7 +47,7 @@ impl Known {
     /// The target with the key that it is to show: the one it showed the last time, unless the code says it, or a new one is
     /// trusted.
     pub(crate) fn expect(&self, target: Target, trusts_new_key: bool) -> Target {
-        let known = self.keys.get(&target.address).and_then(|key| from_hex(key));
+        let known = self.keys.get(&target.address).and_then(|key| key_of(key));
         Target { known: known.filter(|_| !trusts_new_key), ..target }
     }
 
@@ -56,7 +56,7 @@ impl Known {
     /// # Errors
     /// When the file cannot be written.
     pub(crate) fn keep(&mut self, target: &Target, shown: [u8; 32]) -> anyhow::Result<bool> {
-        let shown = to_hex(&shown);
+        let shown = HEXLOWER.encode(&shown);
         if target.code.print().is_some() || self.keys.get(&target.address) == Some(&shown) {
             return Ok(false);
         }
@@ -85,6 +85,11 @@ pub(crate) fn note(target: &Target, shown: Option<[u8; 32]>) {
             note!("the key of {} is not remembered: {why}", target.address);
         }
     }
+}
+
+/// The key that is written in digits.
+fn key_of(digits: &str) -> Option<[u8; 32]> {
+    HEXLOWER_PERMISSIVE.decode(digits.as_bytes()).ok()?.try_into().ok()
 }
 
 #[cfg(test)]

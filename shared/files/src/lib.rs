@@ -5,7 +5,6 @@
 //! Invariant: a file is written whole or not at all.
 
 pub mod flags;
-pub mod hex;
 pub mod pot_file;
 pub mod sentence;
 pub mod whole_file;

@@ -389,24 +389,8 @@ fn pressed(name: &str, flags: &[&str]) -> (String, String) {
 
 #[test]
 fn a_wall_that_lies_beyond_a_tool_is_warned_of() {
-    let said = |depth: &str| {
-        pressed(
-            "beyond.csv",
-            &[
-                "--method",
-                "ours",
-                "--support",
-                "hollow",
-                "--grid",
-                "126x68",
-                "--tool-radius-mm",
-                "20",
-                "--depth-mm",
-                depth,
-            ],
-        )
-        .1
-    };
+    let flags = "--method ours --support hollow --grid 126x68 --tool-radius-mm 20 --depth-mm";
+    let said = |depth| pressed("beyond.csv", &flags.split(' ').chain([depth]).collect::<Vec<_>>()).1;
     assert!(said("20").contains("mm beyond the tool"), "{}", said("20"));
     assert_eq!(said("4"), "");
 }

@@ -478,6 +478,7 @@ fn what_makes_no_sense_is_refused_in_a_sentence() {
         (&["--server", "127.0.0.1:9", "--code", "K7QM-3XPD", "--server-threads", "2"], "--server-threads"),
         (&["--server", "127.0.0.1:99999", "--code", "K7QM-3XPD"], "a port is a number up to 65535"),
         (&["--spawn", "--json", "/nowhere/run.json"], "/nowhere/run.json cannot be written"),
+        (&["--spawn", "--html", "/nowhere/run.html"], "/nowhere/run.html cannot be written"),
         (&["soak", "--virtual-s", "1", "--json", "/nowhere/run.json"], "/nowhere/run.json cannot be written"),
         (&["soak", "--virtual-s", "1", "--html", "run.html"], "leave --html out"),
         (&["soak", "--virtual-s", "1", "--spawn"], "leave --spawn out"),

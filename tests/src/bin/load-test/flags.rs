@@ -335,7 +335,7 @@ impl LawFlags {
             ("--threshold", !run.threshold.is_empty()),
             ("--server", run.server.is_some()),
         ];
-        if let Some((flag, _)) = of_its_own.into_iter().find(|(_, is_given)| *is_given) {
+        if let Some(flag) = first_given(&of_its_own) {
             return Err(format!("the law chooses its own loads, and starts its own server: leave {flag} out").into());
         }
         let plan = Plan {
@@ -354,6 +354,11 @@ impl LawFlags {
     }
 }
 
+/// The first flag that was given.
+fn first_given(flags: &[(&'static str, bool)]) -> Option<&'static str> {
+    flags.iter().find(|(_, is_given)| *is_given).map(|(flag, _)| *flag)
+}
+
 impl SoakFlags {
     /// The scenario `soak` unless another is named.
     pub(crate) fn plan(&self) -> Result<Plan, Box<dyn std::error::Error>> {
@@ -366,8 +371,7 @@ impl SoakFlags {
             ("--duration", run.duration.is_some()),
             ("--html", run.html.is_some()),
         ];
-        let given = of_a_server.into_iter().find(|(_, is_given)| *is_given);
-        if let Some((flag, _)) = given.filter(|_| self.virtual_s.is_some()) {
+        if let Some(flag) = first_given(&of_a_server).filter(|_| self.virtual_s.is_some()) {
             return Err(
                 format!("a room in virtual time has no server, no seconds and no page: leave {flag} out").into()
             );
