@@ -179,16 +179,18 @@ pub async fn join<S>(
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
-    join_again(endpoint, target, None, greeting, open).await
+    let waits = || tracing::warn!("waiting for the teacher to let you in");
+    join_again(endpoint, target, None, greeting, open, waits).await
 }
 
-/// The same, over a line whose round trip was measured before.
+/// The same, over a line whose round trip was measured before; `waits` is told that a teacher is asked.
 pub(crate) async fn join_again<S>(
     endpoint: &quinn::Endpoint,
     target: &Target,
     round_trip: Option<Duration>,
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
+    waits: impl Fn(),
 ) -> Result<(Joined, S), JoinError> {
     let (first, others) = resolve(&target.address).await?;
     let config = transport::config_for(&target.code, target.known, round_trip)?;
@@ -208,7 +210,7 @@ pub(crate) async fn join_again<S>(
     let round_trip = connection.rtt();
     let fingerprint = transport::fingerprint_of(&connection);
     let session = Session::raw(connection);
-    let greeted = greet(session.clone(), fingerprint, greeting, |answer| open(answer, round_trip));
+    let greeted = greet(session.clone(), fingerprint, greeting, |answer| open(answer, round_trip), waits);
     match timeout(WAITS_FOR, greeted).await {
         Ok(Ok(joined)) => Ok(joined),
         Ok(Err(error)) => {
@@ -260,6 +262,7 @@ async fn greet<S>(
     fingerprint: Option<[u8; 32]>,
     greeting: &[u8],
     open: impl FnOnce(&[u8]) -> Result<S, ClientError>,
+    waits: impl Fn(),
 ) -> Result<(Joined, S), GreetError> {
     let broken = |error: &dyn std::fmt::Display| GreetError::Stream(error.to_string());
     let (mut control_out, mut control_in) = connection.open_bi().await.map_err(|error| broken(&error))?;
@@ -271,7 +274,7 @@ async fn greet<S>(
         while let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
             if protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(&frame) == Ok(Notice::Waiting) {
                 is_waiting = true;
-                tracing::warn!("waiting for the teacher to let you in");
+                waits();
                 continue;
             }
             let session = open(&frame).map_err(GreetError::Session)?;

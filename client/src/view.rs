@@ -23,6 +23,8 @@ pub enum Link {
     Open,
     /// It is being made anew; the sentence says how it broke.
     ComingBack(String),
+    /// The studio asks a teacher to let this client in again.
+    Waiting,
     /// The studio has closed.
     Closed,
     /// It broke; the sentence says how.

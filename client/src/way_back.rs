@@ -3,6 +3,8 @@
 //! Owns the tries and their patience, for who works and for who looks on; the session that comes of it is the caller's.
 //! Invariant: it leads to the server that was joined, never to one with another key.
 
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pottery_shared::protocol::{Hello, Pass, Purpose, ResumeToken};
@@ -88,7 +90,8 @@ impl WayBack {
         if self.short_stays >= SHORT_STAYS_MAX { Err(Link::Lost(reason)) } else { Ok((reason, resume)) }
     }
 
-    /// Knocks until somebody opens, for at most a minute; `open` makes a session of the answer.
+    /// Knocks until somebody opens, for at most a minute; `open` makes a session of the answer, and `waits` is told that a teacher is asked,
+    /// who may take longer.
     ///
     /// How it stands when nobody does, or when one is refused.
     pub(crate) async fn knock<S>(
@@ -96,14 +99,25 @@ impl WayBack {
         (reason, resume): (String, ResumeToken),
         round_trip: Duration,
         open: impl Fn(&[u8], Duration) -> Result<S, ClientError>,
+        waits: impl Fn(),
     ) -> Result<(Joined, S), Link> {
         let greeting = greet(&self.target, self.purpose, self.target.pass_back(resume));
         let (began, mut tries) = (Instant::now(), 0);
         while began.elapsed() < TRIES_FOR {
             tries += 1;
             let patience = 6 * round_trip + if tries % SLOW_EVERY == 0 { SLOW_TRY_FOR } else { TRY_FOR };
-            let asked = connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting, &open);
-            match timeout(patience, asked).await {
+            let is_heard = AtomicBool::new(false);
+            let hears = || {
+                is_heard.store(true, Ordering::Relaxed);
+                waits();
+            };
+            let asked = connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting, &open, hears);
+            let mut asked = pin!(asked);
+            let answered = match timeout(patience, &mut asked).await {
+                Err(_) if is_heard.load(Ordering::Relaxed) => Ok(asked.await),
+                answered => answered,
+            };
+            match answered {
                 Ok(Ok(joined)) => return Ok(joined),
                 Ok(Err(error)) if error.is_answer() => return Err(Link::Lost(error.to_string())),
                 Ok(Err(error)) => tracing::debug!(%error, "not back yet"),

@@ -315,8 +315,18 @@ impl Worker {
         }
     }
 
-    /// Whether there was one.
+    /// Takes no notice of what the hand made so far.
+    fn throw_samples_away(&mut self) {
+        while self.side.next_sample().is_some() {}
+    }
+
+    /// Whether there was one that counts.
     fn fetch_samples(&mut self) -> bool {
+        if self.is_coming {
+            // it was made on other clay, and by the clock of the connection before
+            self.throw_samples_away();
+            return false;
+        }
         let mut is_any = false;
         while let Some(sample) = self.side.next_sample() {
             self.session.handle_sample(sample);
@@ -487,6 +497,7 @@ impl Worker {
 
     fn finish(mut self, link: Link) -> NetworkReport {
         self.connection.close(0, b"goodbye");
+        self.guiding.forget(&mut self.side, &self.view);
         self.view.lock().link = link;
         self.report.duration = self.joined_at.elapsed();
         self.add_counts();

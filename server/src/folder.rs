@@ -1,6 +1,6 @@
 //! The data folder in the hands of one server.
 //!
-//! Owns the lock, the proof that the folder takes files, and how one is kept from others; what else lies in it is `store`'s, `certificate`'s, `teacher`'s and `kept_code`'s.
+//! Owns the lock, the proof that the folder takes files, and how one is kept from others; what else lies in it is `store`'s, `certificate`'s, `teacher`'s and `class_register`'s.
 //! Invariant: of two servers on one folder one is refused, and one that is killed leaves nothing locked.
 
 use std::fs::{self, File, TryLockError};

@@ -15,10 +15,10 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
 use crate::announcing::{Announcement, usual_name};
+use crate::class_register::{ClassRegister, Left};
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
 use crate::folder::Folder;
-use crate::kept_code::KeptCode;
 use crate::recording::Recorder;
 use crate::store::StoreError;
 use crate::teacher::Teacher;
@@ -188,29 +188,33 @@ impl Server {
         let operating = config.operate.map(operation::listen).transpose()?;
         let operated_at = operating.as_ref().and_then(|listener| listener.local_addr().ok());
         let data = config.data.as_deref();
-        let left = || KeptCode::left_in(data.filter(|_| !config.is_fresh)?, config.code_hours);
-        let code = match config.code.clone().or_else(left) {
+        let left = Left::of(&config);
+        let code = match config.code.clone().or_else(|| left.as_ref()?.code()) {
             Some(code) => code.on_server(fingerprint),
             None => JoinCode::new(random()?, fingerprint),
         };
         let (mut room, store) = opening::open(&config, &code, folder)?;
+        let code_ticks = config.code_hours.map(|hours| (hours * 3_600_000.0) as u64);
         let teacher = Teacher::of(data, config.renews_teacher)?;
         room.keep_doors(DoorConfig {
             secret: Some(random()?),
             teacher: Some(*teacher.hash()),
-            code_ticks: config.code_hours.map(|hours| (hours * 3_600_000.0) as u64),
+            code_ticks,
             has_lobby: config.has_lobby,
         });
+        if let Some(left) = left {
+            left.hand_over(&mut room, code_ticks);
+        }
         let recorder = config
             .record
             .map(|path| Recorder::begin(&path, &mut room).map_err(|source| ServerError::Recording { path, source }))
             .transpose()?;
-        let kept_code = data.map(|folder| KeptCode::begin(folder, code.room()));
+        let class_register = data.map(|folder| ClassRegister::begin(folder, &room));
         // bounded, so that a flood waits in the transport, which drops the oldest datagrams
         let (events, received) = mpsc::channel(1024);
         let doorkeeper = SharedDoorkeeper::new(config.arrivals, config.input);
         let ticking =
-            tokio::spawn(Ticking::new(room, received, recorder, (store, kept_code), doorkeeper.clone()).run());
+            tokio::spawn(Ticking::new(room, received, recorder, (store, class_register), doorkeeper.clone()).run());
         let accepting =
             tokio::spawn(connection::accept(endpoint.clone(), config.people_max, events.clone(), doorkeeper));
         let operating =

@@ -14,10 +14,10 @@ use pottery_shared::units::Tick;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior};
 
+use crate::class_register::ClassRegister;
 use crate::crew::Workers;
 use crate::doorkeeper::SharedDoorkeeper;
 use crate::event::Event;
-use crate::kept_code::KeptCode;
 use crate::lesson::Lesson;
 use crate::link::{Link, Look};
 use crate::recording::Recorder;
@@ -64,7 +64,7 @@ pub(crate) struct Ticking {
     dropped: u64,
     recorder: Option<Recorder>,
     store: Option<Store>,
-    kept_code: Option<KeptCode>,
+    class_register: Option<ClassRegister>,
     losses: Losses,
     doorkeeper: SharedDoorkeeper,
     forget_at: Duration,
@@ -78,7 +78,7 @@ impl Ticking {
         room: Room,
         events: mpsc::Receiver<Event>,
         recorder: Option<Recorder>,
-        (store, kept_code): (Option<Store>, Option<KeptCode>),
+        (store, class_register): (Option<Store>, Option<ClassRegister>),
         doorkeeper: SharedDoorkeeper,
     ) -> Self {
         Self {
@@ -94,7 +94,7 @@ impl Ticking {
             dropped: 0,
             recorder,
             store,
-            kept_code,
+            class_register,
             losses: Losses::default(),
             doorkeeper,
             forget_at: Duration::ZERO,
@@ -140,8 +140,8 @@ impl Ticking {
                     self.transmit();
                     self.end_recording().await;
                     self.end_store().await;
-                    if let Some(kept_code) = self.kept_code.take() {
-                        kept_code.end().await;
+                    if let Some(class_register) = self.class_register.take() {
+                        class_register.end().await;
                     }
                     let losses = self.losses;
                     self.say_goodbye().await;
@@ -176,8 +176,8 @@ impl Ticking {
         if due >= self.look_at {
             self.look_at = due + LOOK_EVERY;
             self.keep_pots();
-            if let Some(kept_code) = &mut self.kept_code {
-                kept_code.follow(self.room.code());
+            if let Some(class_register) = &mut self.class_register {
+                class_register.follow(&self.room);
             }
             self.look_at_addresses(now);
         }

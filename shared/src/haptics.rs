@@ -371,6 +371,11 @@ impl Haptics {
     }
 }
 
+/// Whether a hand goes so fast: what is no number, and faster than a place is heard of, is the device's mistake.
+fn is_a_hands(velocity_m_s: &Vec3) -> bool {
+    velocity_m_s.length() <= Gate::SPEED_MAX_M_S
+}
+
 impl Motion {
     /// Goes where the device is. How fast is reckoned from where it is to within half a step of its encoders: one that rests
     /// between two of them reports both in turn, which is no movement.
@@ -381,6 +386,6 @@ impl Motion {
         self.steady_m = self.steady_m.unwrap_or(at_m).clamp(at_m - half, at_m + half).into();
         let at_m = self.steady_m.unwrap_or(at_m);
         self.estimated_m_s = self.estimate.follow(at_m, dt);
-        self.velocity_m_s = measured_m_s.filter(|measured| measured.is_finite()).unwrap_or(self.estimated_m_s);
+        self.velocity_m_s = measured_m_s.filter(is_a_hands).unwrap_or(self.estimated_m_s);
     }
 }

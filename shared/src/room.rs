@@ -15,6 +15,7 @@ mod orders;
 mod people;
 mod pieces;
 mod progress;
+mod register;
 mod replay;
 mod rights;
 mod telling;
@@ -43,6 +44,7 @@ use guidance::Leads;
 use history::{Anew, Step};
 pub use journal::{Entry, Happening, WheelState};
 use people::People;
+pub use register::Register;
 pub use replay::{Comparison, Replay, ReplayError};
 pub use rights::{changes_clay, may, may_press};
 
@@ -109,6 +111,9 @@ const POT_COST: i64 = 8;
 
 /// What a tool costs in plain requests: it is checked and told to everybody.
 const TOOL_COST: i64 = 8;
+
+/// Ticks between two looks at what wheels remember that is too old.
+const FORGET_EVERY: u64 = 15_000;
 
 /// Wrong codes that are remembered until somebody asks.
 const WRONG_CODES_MAX: usize = 256;
@@ -235,6 +240,12 @@ impl Room {
     #[must_use]
     pub fn code(&self) -> &str {
         self.doors.code()
+    }
+
+    /// From when on that code is good no longer, if it expires.
+    #[must_use]
+    pub const fn code_expires(&self) -> Option<Tick> {
+        self.doors.expires()
     }
 
     /// Whether people may not come to a wheel, numbered from 0.
@@ -498,6 +509,9 @@ impl Room {
             }
             if self.now.0.is_multiple_of(telling::TELL_EVERY) {
                 self.tell_people();
+            }
+            if self.now.0.is_multiple_of(FORGET_EVERY) {
+                self.benches.iter_mut().for_each(|bench| bench.note_time(now));
             }
             self.audience.serve(&mut self.benches, self.now, &mut self.outbox);
             self.compare_next();

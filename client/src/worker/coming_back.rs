@@ -41,6 +41,8 @@ impl Worker {
             // nobody is there to come back, and the seat is given up when the line has been still for long enough
             return Err(link);
         }
+        self.is_coming = true;
+        self.side.status().hold(true);
         let session = &mut self.session;
         hear_the_rest(&mut self.arriving, |frame| session.handle_control(frame).is_ok()).await;
         while let Some(event) = self.session.poll_event() {
@@ -49,13 +51,14 @@ impl Worker {
             }
         }
         let way = self.way_back.begin(link)?;
-        self.side.status().hold(true);
         self.view.lock().link = Link::ComingBack(way.0.clone());
         let (epoch, commands) = (self.epoch, &mut self.commands);
         let open = |answer: &[u8], measured| Client::open(answer, epoch.elapsed().as_millis() as u64, measured);
+        let view = self.view.clone();
+        let waits = || view.lock().link = Link::Waiting;
         let (joined, session) = tokio::select! {
             biased;
-            found = self.way_back.knock(way, self.connection.rtt(), open) => found?,
+            found = self.way_back.knock(way, self.connection.rtt(), open, waits) => found?,
             // what else is asked for meanwhile is asked of nobody
             () = async { while !matches!(commands.recv().await, Some(Command::Leave) | None) {} } => {
                 return Err(Link::Closed);
@@ -75,7 +78,6 @@ impl Worker {
         (self.connection, self.outgoing) = (joined.connection, joined.streams.outgoing);
         self.arriving = joined.streams.arriving;
         self.session = session;
-        self.is_coming = true;
         self.heard_at = Instant::now();
         self.guiding.forget(&mut self.side, &self.view);
         self.way_back.note_return();
@@ -93,8 +95,7 @@ impl Worker {
             return false;
         }
         self.is_coming = false;
-        // what was made meanwhile was made on other clay
-        while self.side.next_sample().is_some() {}
+        self.throw_samples_away();
         self.side.publish(|patch| self.session.patch_into(patch));
         self.side.status().hold(!self.session.class().may_press());
         let mut view = self.view.lock();

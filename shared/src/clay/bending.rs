@@ -297,7 +297,7 @@ impl Bend {
 }
 
 /// The same angle within half a turn of zero.
-fn nearest_turn(angle_rad: f32) -> f32 {
+pub(super) fn nearest_turn(angle_rad: f32) -> f32 {
     angle_rad - core::f32::consts::TAU * libm::roundf(angle_rad / core::f32::consts::TAU)
 }
 

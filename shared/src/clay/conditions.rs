@@ -27,6 +27,7 @@ impl Conditions {
     pub fn press(&self, sample: &ToolSample, before: Option<&ToolSample>) -> Press {
         let before = before.filter(|before| sample.follows(before));
         let ticks = before.map_or(1, |before| sample.tick.since(before.tick));
+        let dt = Seconds(Tick::PERIOD.0 * ticks as f32);
         let material = self.material.at(sample.tick);
         let centre_m = self.phase(sample.tick).pot_from_room(sample.centre.point_m());
         Press {
@@ -37,10 +38,10 @@ impl Conditions {
             },
             centre_m,
             from_m: before.map(|before| self.phase(before.tick).pot_from_room(before.centre.point_m())),
-            dt: Seconds(Tick::PERIOD.0 * ticks as f32),
+            dt,
             side: sample.side,
             turning: self.wheel.rate(sample.tick).signum() as i8,
-            response: material.response(Tick::PERIOD),
+            response: material.response(dt),
             strength: material.strength,
         }
     }

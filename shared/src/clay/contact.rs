@@ -604,7 +604,7 @@ impl Reach {
     }
 }
 
-/// The same angle within half a turn of zero.
+/// The same angle within half a turn of zero, of one that is no more than a turn and a half from it.
 pub(super) fn nearest_turn(angle_rad: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     match angle_rad {

@@ -138,7 +138,8 @@ impl Lathe {
     ///
     /// `None` says that the grid is in force and has to be pressed; `changed` has then been told of the window that was
     /// written, if the profile was in force before. With a profile, the contact is that of its last step, up to a quarter of
-    /// a turn old, and without sink.
+    /// a turn old, without sink and with nothing held, and its rim is that of clay that yields at once: what it would lack where a step yields little
+    /// of a steep press is left out.
     pub fn advance(
         &mut self,
         surface: &mut Surface,

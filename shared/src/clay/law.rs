@@ -53,7 +53,7 @@ pub struct PlasticLaw {
     pub hardness_strain: f32,
     /// Elastic depth over that of an even pressure on a layer.
     pub recovery: f32,
-    /// By how much less it falls towards the edge on a layer twice as thin as another.
+    /// By how much less it falls towards the edge for each unit by which the contact's radius over the layer's thickness is beyond a half.
     pub recovery_by_layer: f32,
     /// Factor of −q⁶ in its fall.
     pub recovery_edge: f32,

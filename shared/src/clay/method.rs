@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 
+use super::bending::nearest_turn;
 use super::lanes::root;
 use super::{Bend, Footprint, ImprovedCsem, OriginalCsem, Part, PlasticCsem, PlasticLaw, Pot, Press, Support, Surface};
 
@@ -78,8 +79,7 @@ impl Sink {
     /// Depth at a place of the pot, without the wall's bending, m.
     #[must_use]
     pub fn depth_at_m(&self, angle_rad: f32, z_m: f32) -> f32 {
-        let away = angle_rad - self.angle_rad;
-        let away = away - core::f32::consts::TAU * libm::roundf(away / core::f32::consts::TAU);
+        let away = nearest_turn(angle_rad - self.angle_rad);
         let (across, up) = (away * self.radius_m / self.half_arc_m, (z_m - self.z_m) / self.half_height_m);
         let q2 = across * across + up * up;
         let [near, edge] = self.bowl;

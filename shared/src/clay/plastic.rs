@@ -57,9 +57,9 @@ const AREA_EVEN: f32 = 1.5;
 ///   `g = (s² − 0.35)⁺` the pressure is less by `0.26·σ·g/(g + 0.1)`, which ends, since a slope leaps where a tool grazes an edge. It heaps up there:
 ///   what of the force is against the motion is 0.33·σ greater;
 /// - a wall with nothing behind it bends in series: p is then what is left of the tool's depth after the wall has given way by
-///   `w = C·F/E·(1 + α·(F/F₀)⁵)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4·(1 + 1.78·(d − 0.406)⁺)`, at which a plate folds, and later under a
+///   `w = C·F/E·(1 + α·(F/F₀)⁵)` (see [`super::WallBending`]; `F₀ = 2π·σ_y·t²/4·(1 + 1.78·(d − 0.425)⁺)`, at which a plate folds, and later under a
 ///   tool that reaches d times √(R·t) to either side along the arc into the wall as it was, up to d = 1.1; and where the foot holds it), and e is c times a half-space's, `c·(H/E*)·2a·(1 − 0.25·q² − 0.113·q⁶)` with the mean 0.847, since
-///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.86·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. Of
+///   the clay's back is free. Bending strains the clay by itself: H is `1 + 0.49·f/(1 + f/1.4)` times less, `f = (F/F₀)⁵`. Of
 ///   what w is more than an elastic wall's, `C·F/E·α·(F/F₀)⁵`, 0.59 stays: a fold, which goes into the radii of both skins as a cone of 1.2·√(R·t) (`clay::folds`). As far as
 ///   a wall has folded at a place, w is less there, but never less than an elastic wall's. The rest springs back. Tools at one wall bend it together: w is then the sum of what all of them do to it at the place of each, and it
 ///   folds there by the sum of their forces within the cone to which it folds, at the mean of what F₀ is under each alone (`clay::joint`). Clay between a tool and one on the other side that takes up a

@@ -194,7 +194,9 @@ impl Profile {
         let behind = Behind { support: Support::Backed, thickness_m: self.thickness_m, layer_per_m: 0.0, folds: 0.0 };
         let met = law.met(ellipse, slope, slide, pass.strength, behind);
         let Met { spot, pressure_pa, strain, around, rim_width, .. } = &met;
-        let (carried, dent) = self.press(simd, pass, spot, rows);
+        let (mut carried, dent) = self.press(simd, pass, spot, rows);
+        // clay heaps up before the tool
+        carried.force.y += carried.force.y.min(0.0) * share * law.law.slide_heap;
         if let Some(dent) = dent.map(|dent| dent.within(&ellipse)) {
             let rising = law.law.rim_share(*strain, share, spot.open);
             let shape = RimShape::new(slide, *around, *rim_width);

@@ -10,6 +10,7 @@ use core::cmp::Ordering;
 
 use glam::{Quat, Vec3};
 
+use super::bending::nearest_turn;
 use super::faceted::Cutter;
 use super::folds::Fold;
 use super::lanes::{LANES, Simd, SimdBase, f32x8, hypot, numbers, root, with_vectors};
@@ -133,8 +134,7 @@ impl Press {
         let share = number as f32 / parts as f32;
         let polar = |at: Vec3| (hypot(at.x, at.y), libm::atan2f(at.y, at.x));
         let ((near, begin), (far, end)) = (polar(from_m), polar(self.centre_m));
-        let turn = end - begin;
-        let turn = turn - core::f32::consts::TAU * libm::roundf(turn / core::f32::consts::TAU);
+        let turn = nearest_turn(end - begin);
         let distance = near + (far - near) * share;
         let (sin, cos) = libm::sincosf(begin + turn * share);
         let z = from_m.z + (self.centre_m.z - from_m.z) * share;

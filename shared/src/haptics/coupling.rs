@@ -37,8 +37,9 @@ impl Coupling {
         Self { stiffness_n_m, damping_ns_m: specs.damping_max_ns_m.min(0.5 * left) }
     }
 
-    /// Largest stiffness, N/m, that is stable with a damping b, N·s/m: `K = b/(T/2 + t_d)`, where b is what device, hand and the
-    /// rendered damper have together.
+    /// Largest stiffness, N/m, that is stable with a damping b, N·s/m: `K = b/(T/2 + t_d)`. Where b is what device, hand and the rendered damper have
+    /// together, that is the bound of Hulin, Albu-Schäffer and Hirzinger; [`Coupling::tuned`] counts device and hand alone, and the damper against them, as
+    /// Colgate and Schenkel do, who ask for passivity.
     ///
     /// ```
     /// use pottery_shared::haptics::Coupling;

@@ -122,8 +122,9 @@ pub struct Guided {
 /// The stage.
 ///
 /// `F = γ·g·sat(K·e + B·(v_T − v_D))` with `e` from the device to the teacher's tool, round the axis and not through the pot,
-/// `sat(F) = F/√(1 + (F/F_max)²)`, g the strength, and γ what the [`Tank`] has left. `K = min(0.4·K_device, 0.15·b/(T/2 + t_d))`: with
-/// the coupling's 0.8 of that bound, both together keep within it ([`Coupling::tuned`]).
+/// `sat(F) = F/√(1 + (F/F_max)²)`, g the strength, and γ what the [`Tank`] has left. `K = min(0.4·K_device, 0.15·b/(T/2 + t_d),
+/// 0.8·l/(T/2 + t_d))` with l what the coupling has left of b, and B no more than half of what both have: together they keep within the
+/// bound of [`Coupling::tuned`].
 ///
 /// While leading, g is multiplied with the assistance a, which is given as needed: `a ← f·a + (1 − f)·w(|e|)`, `f = 1 − dt/τ`, τ = 2 s.
 /// That is the error-based law with a forgetting factor of Emken, Benitez and Reinkensmeyer 2007, used for haptic guidance by
@@ -211,13 +212,15 @@ impl Guide {
     ) -> Self {
         let late_s = 0.5 * period.0 + delay.0;
         let b = specs.damping_ns_m + Coupling::HAND_NS_M;
-        let stiffness_n_m = (0.4 * specs.stiffness_max_n_m).min(0.15 * Coupling::stiffness_limit(b, period, delay));
-        let left_ns_m = b - (coupling.stiffness_n_m + stiffness_n_m) * late_s - coupling.damping_ns_m;
+        let left_ns_m = (b - coupling.stiffness_n_m * late_s - coupling.damping_ns_m).max(0.0);
+        let bound_ns_m = (0.15 * b).min(0.8 * left_ns_m);
+        let stiffness_n_m = (0.4 * specs.stiffness_max_n_m).min(Coupling::stiffness_limit(bound_ns_m, period, delay));
+        let left_ns_m = left_ns_m - stiffness_n_m * late_s;
         let lasting_n = specs.continuous_force_n.unwrap_or(specs.peak_force_n);
         let limits = Limits {
             force_n: (Self::FORCE_SHARE * specs.peak_force_n).min(lasting_n),
             stiffness_n_m,
-            damping_ns_m: (0.5 * left_ns_m).min(specs.damping_max_ns_m).max(0.0),
+            damping_ns_m: (0.5 * left_ns_m).min(specs.damping_max_ns_m),
             leading_ns_m: Tank::LEADING_NS_M.min(0.8 * specs.damping_max_ns_m),
             yields_m_n,
         };
@@ -411,4 +414,28 @@ impl Guide {
 fn saturated(force_n: Vec3, most_n: f32) -> Vec3 {
     let over = force_n.length_squared() / (most_n * most_n);
     if over.is_finite() { force_n / libm::sqrtf(1.0 + over) } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::haptics::PRESETS;
+
+    #[test]
+    fn coupling_and_guidance_together_keep_within_what_device_and_hand_damp() {
+        for preset in &PRESETS {
+            for delay in [0.0, 1e-3, 5e-3, 20e-3].map(Seconds) {
+                let (specs, period) = (&preset.specs, Tick::PERIOD);
+                let coupling = Coupling::tuned(specs, period, delay);
+                let Limits { stiffness_n_m, damping_ns_m, .. } =
+                    Guide::new(specs, &coupling, (period, delay), 0.0).limits;
+                let late_s = 0.5 * period.0 + delay.0;
+                let asks_ns_m =
+                    (coupling.stiffness_n_m + stiffness_n_m) * late_s + coupling.damping_ns_m + damping_ns_m;
+                let has_ns_m = specs.damping_ns_m + Coupling::HAND_NS_M;
+                assert!(stiffness_n_m > 0.0 && damping_ns_m >= 0.0, "{}, {delay:?}", preset.name);
+                assert!(asks_ns_m < has_ns_m, "{}, {delay:?}: {asks_ns_m} of {has_ns_m} N·s/m", preset.name);
+            }
+        }
+    }
 }

@@ -40,6 +40,8 @@ pub struct Hand {
     recorded: usize,
     /// On which side of the wall the tool works, while there is one.
     side: Option<Side>,
+    /// With which tool it stood where last, since it was taken up.
+    stood: Option<(Tool, Side, Position)>,
 }
 
 impl Hand {
@@ -57,6 +59,7 @@ impl Hand {
             recent: [None; RECENT],
             recorded: 0,
             side: None,
+            stood: None,
         }
     }
 
@@ -94,9 +97,9 @@ impl Hand {
         self.substep.reach(tool).is_some()
     }
 
-    /// Forgets on which side the tool was, since there is none.
+    /// Forgets where and on which side the tool was, since there is none.
     pub const fn put_down(&mut self) {
-        self.side = None;
+        (self.side, self.stood) = (None, None);
     }
 
     /// Forgets what was pressed, for clay of a server that knows nothing of it and may count from less.
@@ -110,8 +113,8 @@ impl Hand {
     #[must_use]
     pub fn stopped_at_clay(&mut self, sample: &ToolSample) -> Position {
         let ToolSample { tick, tool, side, centre: to, .. } = *sample;
-        let begin = self.last().filter(|last| last.tool == tool && last.side == side);
-        let Some(from) = begin.filter(|_| self.side.is_some()).map(|last| last.centre) else { return to };
+        let stood = self.stood.replace((tool, side, to)).filter(|stood| (stood.0, stood.1) == (tool, side));
+        let Some((_, _, from)) = stood else { return to };
         let at = |share| Position::nearest(from.point_m().lerp(to.point_m(), share)).unwrap_or(to);
         let share = match tool.sphere() {
             Some(sphere) => {
@@ -123,7 +126,12 @@ impl Hand {
                 self.feel(&ToolSample { centre: at(share), ..*sample }).elements > 0
             }),
         };
-        if share >= 1.0 { to } else { at(share) }
+        if share >= 1.0 {
+            return to;
+        }
+        let stopped = at(share);
+        self.stood = Some((tool, side, stopped));
+        stopped
     }
 
     /// How fast the clay under a tool goes by in the room, m/s, the area of one of its elements, m², and what it is made of.

@@ -21,9 +21,8 @@ impl Room {
     /// Hears a greeting.
     pub(super) fn let_in(&mut self, peer: PeerId, frame: &[u8]) -> Result<(), PeerError> {
         let hello = Peer::read_greeting(frame)?;
-        if let Some(token) = hello.pass.resume()
-            && let Some(client) = self.people.of_token(token)
-        {
+        let back = hello.pass.resume().and_then(|token| self.people.of_token(token));
+        if let Some(client) = back.filter(|client| self.is_as_before(*client, &hello)) {
             return self.take_back_in(peer, client, &hello);
         }
         let role = self.role_of(peer, &hello)?;
@@ -45,6 +44,12 @@ impl Room {
             self.welcome(peer, client, hello.purpose, resume);
         }
         Ok(())
+    }
+
+    /// Whether who comes back may do what it comes for: a guest who wants to work comes as somebody new.
+    fn is_as_before(&self, client: u16, hello: &Hello) -> bool {
+        let is_guest = self.people.person(client).is_some_and(|person| person.role == Role::Guest);
+        !is_guest || matches!(hello.purpose, Purpose::Watches { .. })
     }
 
     /// As what somebody who greets so may come in.
@@ -95,7 +100,8 @@ impl Room {
             self.send(before, Lane::Close);
         }
         if let Some(person) = self.people.person_mut(client) {
-            person.works |= person.place.is_none() && place.is_some();
+            // who teaches and has looked on; a student works as long as the teacher says so
+            person.works |= person.role == Role::Teacher && person.place.is_none() && place.is_some();
             person.place = place;
         }
         if let Some(place) = place {
@@ -154,8 +160,8 @@ impl Room {
             None => false,
         };
         person.told_may_press = may_press;
-        let wheel = person.place.map_or(0, |place| place as u16 + 1);
-        let place = PlaceWire { client, role: person.role, name: person.name, wheel, may_press, resume };
+        let place =
+            PlaceWire { client, role: person.role, name: person.name, wheel: person.wheel(), may_press, resume };
         self.send(peer, Lane::Control(Peer::notice(&Notice::Place(place))));
     }
 

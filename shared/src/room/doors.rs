@@ -8,6 +8,7 @@ use alloc::string::String;
 
 use sha2::{Digest, Sha256};
 
+use super::register::DoorState;
 use crate::protocol::{JoinCode, Refusal, ResumeToken, TeacherToken};
 use crate::units::Tick;
 
@@ -65,9 +66,29 @@ impl Doors {
 
     /// The same doors, kept as given from now on.
     pub(super) fn keep(&mut self, config: DoorConfig, now: Tick) {
-        self.expires = expiry(&config, now);
+        self.expires = expiry(config.code_ticks, now);
         self.has_lobby = config.has_lobby;
         self.config = config;
+    }
+
+    /// What of them outlasts the room.
+    pub(super) fn state(&self) -> DoorState {
+        DoorState {
+            code: self.code.clone(),
+            former: self.former.iter().cloned().collect(),
+            is_locked: self.is_locked,
+            has_lobby: self.has_lobby,
+        }
+    }
+
+    /// Goes on with other doors' state behind the own code, which is good for so many ticks. A lobby that was asked for stays.
+    pub(super) fn go_on_from(&mut self, state: DoorState, code_ticks: Option<u64>, now: Tick) {
+        self.former = state.former.into_iter().chain([state.code]).filter(|code| *code != self.code).collect();
+        let too_many = self.former.len().saturating_sub(FORMER_MAX);
+        self.former.drain(..too_many);
+        self.expires = expiry(code_ticks, now);
+        self.is_locked = state.is_locked;
+        self.has_lobby |= state.has_lobby;
     }
 
     /// The room's part of the code.
@@ -108,7 +129,7 @@ impl Doors {
         }
         let new = JoinCode::room_of([a, b, c, d, e]);
         self.former.push_back(core::mem::replace(&mut self.code, new));
-        self.expires = expiry(&self.config, now);
+        self.expires = expiry(self.config.code_ticks, now);
         true
     }
 
@@ -133,6 +154,6 @@ impl Doors {
     }
 }
 
-fn expiry(config: &DoorConfig, now: Tick) -> Option<Tick> {
-    config.code_ticks.map(|ticks| Tick(now.0.saturating_add(ticks)))
+fn expiry(code_ticks: Option<u64>, now: Tick) -> Option<Tick> {
+    code_ticks.map(|ticks| Tick(now.0.saturating_add(ticks)))
 }

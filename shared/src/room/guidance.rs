@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use super::progress::Progress;
 use super::{Lane, PeerId, Room, Transmit};
 use crate::protocol::{
-    GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, Notice, Request, ShapeWire, TargetWire,
+    GuidanceEnd, GuidanceWire, HandWire, LeadWire, NoGuidance, Notice, Request, Role, ShapeWire, TargetWire,
 };
 use crate::session::{Peer, guidance_of, target_of};
 use crate::tool::{Sphere, rack};
@@ -58,8 +58,11 @@ impl Room {
             return Err(NoGuidance::Oneself);
         }
         self.places.get(&peer).ok_or(NoGuidance::NoHand)?;
-        let person = self.people.person(student).and_then(|person| person.peer);
-        let other = person.filter(|other| self.places.contains_key(other)).ok_or(NoGuidance::Nobody)?;
+        let person = self.people.person(student).filter(|person| person.role == Role::Student);
+        let other = person
+            .and_then(|person| person.peer)
+            .filter(|other| self.places.contains_key(other))
+            .ok_or(NoGuidance::Nobody)?;
         self.end_leads(|lead| {
             let is_same = lead.teacher == peer && lead.student == other;
             let shares = [lead.teacher, lead.student].iter().any(|one| *one == peer || *one == other);

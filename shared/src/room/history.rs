@@ -56,6 +56,8 @@ pub(super) struct History {
     /// The clay with which the wheel began, and who wants other clay at the next snapshot, and which.
     first: KeptClay,
     anew: Option<(u16, Anew)>,
+    /// Whether other clay was put there since what is made again was begun: a second one waits, since nothing is forgotten meanwhile.
+    has_put: bool,
     /// Where the clay has to be made again from, once what is being made is done.
     again_from: Option<u64>,
     /// Samples pressed again so far.
@@ -74,6 +76,7 @@ impl History {
             log: Log::new(),
             first: marks.newest().clay.clone(),
             anew: None,
+            has_put: false,
             recall: None,
             marks,
             since_mark: Touched::none(pot.surfaces().iter().map(Surface::shape)),
@@ -169,6 +172,7 @@ impl History {
         let mark = self.marks.newest();
         let mut pot = pot.clone();
         mark.clay.lay_on(&mut pot, &mut self.since_mark);
+        self.has_put = false;
         self.remake = Some(Remake::starting_from(pot, mark.conditions.clone(), mark.place.span));
     }
 
@@ -194,7 +198,9 @@ impl History {
     /// made again if it has come to here, or what somebody puts there.
     pub(super) fn end_span(&mut self, tick: Tick, pot: &Pot) -> Option<Pot> {
         let remade = self.take_remade(tick);
-        let Some((client, anew)) = self.anew.take() else { return remade };
+        let has_room = !(self.has_put && self.is_remaking());
+        let Some((client, anew)) = self.anew.take_if(|_| has_room) else { return remade };
+        self.has_put = true;
         let mut pot = remade.unwrap_or_else(|| pot.clone());
         let new = match anew {
             Anew::Clay(clay) => clay,
@@ -218,6 +224,8 @@ impl History {
         remake.meet_snapshot(&self.log);
         let (pot, since_mark) = remake.finish();
         self.since_mark = since_mark;
+        // steps without end may follow, and none of them forgets anything
+        self.forget(tick);
         if let Some(span) = self.again_from.take() {
             self.begin(span, &pot);
         }
@@ -239,10 +247,28 @@ impl History {
         let since = place.pressed - self.marks.newest().place.pressed;
         if since >= Self::MARK_EVERY || (since > 0 && self.strokes.are_over(now)) {
             self.marks.keep(place, pot, &mut self.since_mark, conditions);
-            while let Some(first) = self.marks.forget(now, self.log.bytes()) {
-                self.log.forget_before(first);
-                self.strokes.forget_before(first);
-            }
+            self.forget(now);
+        }
+    }
+
+    /// Whether something was pressed that no kept clay has yet.
+    pub(super) fn has_unkept(&self) -> bool {
+        let pressed = self.log.pressed_before(self.log.open_number());
+        self.log.open().transcript.pressed() > 0 || pressed > self.marks.newest().place.pressed
+    }
+
+    /// Takes in that time has passed, also where nobody is: forgets what is too old.
+    pub(super) fn note_time(&mut self, now: Tick) {
+        if !self.is_remaking() && self.recall.is_none() {
+            self.forget(now);
+        }
+    }
+
+    /// Forgets what is too old or too much.
+    fn forget(&mut self, now: Tick) {
+        while let Some(first) = self.marks.forget(now, self.log.bytes()) {
+            self.log.forget_before(first);
+            self.strokes.forget_before(first);
         }
     }
 }

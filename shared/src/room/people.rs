@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 
 use super::PeerId;
 use super::doors::{Doors, TokenHash, token_hash};
+use super::register::Enrolled;
 use crate::protocol::{ClassWire, Nickname, PersonWire, Presence, ResumeToken, Role};
 use crate::session::Allowance;
 use crate::units::Tick;
@@ -37,6 +38,29 @@ pub(super) struct Person {
 }
 
 impl Person {
+    /// Somebody without a connection, who works where there is a place.
+    fn away(role: Role, name: Nickname, place: Option<usize>, token: Option<TokenHash>) -> Self {
+        Self {
+            role,
+            name,
+            peer: None,
+            place,
+            works: place.is_some(),
+            is_waiting: false,
+            token,
+            left_at: Tick(0),
+            allowance: Allowance::default(),
+            heard: None,
+            heard_class: None,
+            told_may_press: true,
+        }
+    }
+
+    /// At which wheel, counted from 1; 0 for who only looks on.
+    pub(super) fn wheel(&self) -> u16 {
+        self.place.map_or(0, |place| place as u16 + 1)
+    }
+
     /// Whether it has what brings it back.
     pub(super) const fn can_come_back(&self) -> bool {
         self.token.is_some()
@@ -49,8 +73,8 @@ impl Person {
             Some(_) => Presence::Here,
             None => Presence::Away,
         };
-        let wheel = self.place.map_or(0, |place| place as u16 + 1);
-        PersonWire { client, role: self.role, name: self.name, wheel, works: self.works, presence, touching }
+        let (role, name, works) = (self.role, self.name, self.works);
+        PersonWire { client, role, name, wheel: self.wheel(), works, presence, touching }
     }
 }
 
@@ -87,25 +111,37 @@ impl People {
         let client = self.next;
         self.next = self.next.wrapping_add(1);
         let token = doors.draw_resume();
-        let person = Person {
-            role,
-            name: self.free_name(doors),
-            peer: Some(peer),
-            place,
-            works: place.is_some(),
-            is_waiting: false,
-            token: token.map(|token| token_hash(&token.0)),
-            left_at: Tick(0),
-            allowance: Allowance::default(),
-            heard: None,
-            heard_class: None,
-            told_may_press: true,
-        };
+        let hash = token.map(|token| token_hash(&token.0));
+        let person = Person { peer: Some(peer), ..Person::away(role, self.free_name(doors), place, hash) };
+        self.numbers.insert(peer, client);
+        self.note(client, person);
+        (client, token)
+    }
+
+    fn note(&mut self, client: u16, person: Person) {
         self.names.insert(person.name);
         self.people.insert(client, person);
-        self.numbers.insert(peer, client);
         self.is_changed = true;
-        (client, token)
+    }
+
+    /// Everybody who can come back.
+    pub(super) fn enrolled(&self) -> impl Iterator<Item = Enrolled> {
+        self.people.iter().filter(|(_, person)| !person.is_waiting).filter_map(|(&client, person)| {
+            let wheel = person.wheel();
+            let token = person.token?;
+            Some(Enrolled { client, role: person.role, name: person.name, wheel, works: person.works, token })
+        })
+    }
+
+    /// Notes somebody who is away since now; whose number or name somebody has is left out.
+    pub(super) fn enrol(&mut self, enrolled: &Enrolled, now: Tick) {
+        let Enrolled { client, role, name, wheel, works, token } = *enrolled;
+        if client == 0 || self.people.contains_key(&client) || self.names.contains(&name) {
+            return;
+        }
+        let place = usize::from(wheel).checked_sub(1);
+        let person = Person { works, left_at: now, ..Person::away(role, name, place, Some(token)) };
+        self.note(client, person);
     }
 
     /// A name that nobody has: a word at random, with the least number that is free.

@@ -180,7 +180,7 @@ impl Climb {
 impl Step {
     fn row(&self) -> String {
         format!(
-            "{:>7} {:>8.1} ms {:>8.1} ms {:>6.1} ms {:>7.1} % {:>8.0} {:>10.0}  {:?}",
+            "{:>7} {:>8.1} ms {:>8.1} ms {:>6.1} ms {:>7.1} % {:>8.0} {:>10.0}  {}",
             self.people,
             self.input_delta_p99_ms,
             self.delta_age_p99_ms,
@@ -188,7 +188,7 @@ impl Step {
             self.server_cpu_percent,
             self.server_memory_mb,
             self.down_kbit_s,
-            self.verdict
+            self.verdict.name()
         )
     }
 }

@@ -188,9 +188,9 @@ impl Load {
         let [cpu_percent, mb, down, up] = self.costs;
         format!(
             "{wheels:>3} wheels {:>3} potters {full:>5} subscribers {spectator:>5} spectators {gallery:>5} small pictures: \
-             {cpu_percent:>6.1} % of a core {mb:>6.1} MB {down:>8.0} kbit/s down {up:>6.0} up  {:?}",
+             {cpu_percent:>6.1} % of a core {mb:>6.1} MB {down:>8.0} kbit/s down {up:>6.0} up  {}",
             wheels + more,
-            self.verdict
+            self.verdict.name()
         )
     }
 }

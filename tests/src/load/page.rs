@@ -122,7 +122,7 @@ fn figures(result: &RunResult) -> String {
 fn verdict(result: &RunResult) -> String {
     let class = if result.verdict.code() == 0 { "pass" } else { "fail" };
     let said: String = result.said.iter().map(|said| format!("<li>{}</li>", escaped(said))).collect();
-    format!("<p class=\"{class}\"><strong>{:?}</strong></p><ul>{said}</ul>", result.verdict)
+    format!("<p class=\"{class}\"><strong>{}</strong></p><ul>{said}</ul>", result.verdict.name())
 }
 
 fn about(result: &RunResult) -> String {

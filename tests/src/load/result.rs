@@ -27,6 +27,17 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// In a word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Breach => "breach",
+            Self::Invalid => "invalid",
+            Self::Diverged => "diverged",
+        }
+    }
+
     /// The program's exit code.
     #[must_use]
     pub const fn code(self) -> u8 {

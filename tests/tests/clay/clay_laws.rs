@@ -8,7 +8,7 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
-use pottery_shared::clay::{Contact, GridShape, Material, MethodKind, Pot, PotSpec, Press, Strength, SubStep};
+use pottery_shared::clay::{Contact, GridShape, Material, MethodKind, Pot, PotSpec, Press, Strength, SubStep, Support};
 use pottery_shared::tool::{Side, Sphere};
 use pottery_shared::units::{Metres, Seconds};
 use proptest::prelude::*;
@@ -376,20 +376,27 @@ fn odd_press(number: impl Strategy<Value = f32> + Clone) -> impl Strategy<Value 
 
 /// Presses one after another, and beside one that makes sense.
 fn assert_survives(presses: &[Press]) {
-    for method in METHODS {
-        let mut pot = Pot::new(PotSpec { shape: GridShape::new(24, 21).unwrap(), ..PotSpec::default() }).unwrap();
-        let mut substep = SubStep::for_grid(pot.spec().shape);
-        let sound = Press::held(Sphere::default(), Vec3::new(0.07, 0.0, 0.1));
-        for press in presses {
-            for presses in [&[*press] as &[Press], &[*press, sound]] {
-                let mut changed = Vec::new();
-                let contacts =
-                    substep.advance(&mut pot, presses, method, |surface, window| changed.push((surface, window)));
-                let contacts = contacts.to_vec();
-                pot.settle(changed.into_iter());
-                for contact in contacts {
-                    assert_sound(&pot, &contact, &format!("{method:?}, {press:?}"));
-                }
+    for support in [Support::Backed, Support::Hollow] {
+        for method in METHODS {
+            assert_survives_on(support, method, presses);
+        }
+    }
+}
+
+fn assert_survives_on(support: Support, method: MethodKind, presses: &[Press]) {
+    let shape = GridShape::new(24, 21).unwrap();
+    let mut pot = Pot::new(PotSpec { shape, support, ..PotSpec::default() }).unwrap();
+    let mut substep = SubStep::for_grid(shape);
+    let sound = Press::held(Sphere::default(), Vec3::new(0.07, 0.0, 0.1));
+    for press in presses {
+        for presses in [&[*press] as &[Press], &[*press, sound]] {
+            let mut changed = Vec::new();
+            let contacts =
+                substep.advance(&mut pot, presses, method, |surface, window| changed.push((surface, window)));
+            let contacts = contacts.to_vec();
+            pot.settle(changed.into_iter());
+            for contact in contacts {
+                assert_sound(&pot, &contact, &format!("{support:?}, {method:?}, {press:?}"));
             }
         }
     }

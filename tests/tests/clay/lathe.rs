@@ -78,6 +78,8 @@ struct Wheel {
     lathe: Option<Lathe>,
     changed: Vec<Window>,
     ticks_turning: u32,
+    /// Force on the tool in the last tick, N.
+    felt_n: Vec3,
 }
 
 impl Wheel {
@@ -85,19 +87,29 @@ impl Wheel {
         let shape = GridShape::new(columns, rows).expect("the test's grids are in range");
         let pot = Pot::new(PotSpec { shape, ..PotSpec::default() }).expect("the default pot can be made");
         let lathe = bound.map(|bound| Lathe::new(&pot.surfaces()[0], bound, PlasticCsem::default()));
-        Self { pot, substep: SubStep::for_grid(shape), lathe, changed: Vec::new(), ticks_turning: 0 }
+        Self {
+            pot,
+            substep: SubStep::for_grid(shape),
+            lathe,
+            changed: Vec::new(),
+            ticks_turning: 0,
+            felt_n: Vec3::ZERO,
+        }
     }
 
     fn tick(&mut self, press: &Press, turned_rad: f32) -> bool {
         let changed = &mut self.changed;
         if let Some(lathe) = &mut self.lathe {
             let surface = &mut self.pot.surfaces_mut()[0];
-            if lathe.advance(surface, press, turned_rad, |window| changed.push(window)).is_some() {
+            if let Some(contact) = lathe.advance(surface, press, turned_rad, |window| changed.push(window)) {
                 self.ticks_turning += 1;
+                self.felt_n = contact.force_n;
                 return true;
             }
         }
-        self.substep.advance(&mut self.pot, &[*press], MethodKind::Plastic, |_, window| changed.push(window));
+        let contacts =
+            self.substep.advance(&mut self.pot, &[*press], MethodKind::Plastic, |_, window| changed.push(window));
+        self.felt_n = contacts[0].force_n;
         false
     }
 
@@ -267,6 +279,29 @@ fn felt_beside_narrow_clay(z_m: f32) -> Vec2 {
         }
     }
     unreachable!("a tool that is held becomes a profile");
+}
+
+/// How strongly a tool is pushed away, level and up, is as on the grid. Whither it is pushed is up to a quarter of a turn old in the pot's frame.
+#[test]
+fn a_profile_carries_the_tool_as_the_grid_does() {
+    for (depth_m, pitch) in [(0.001, 0.0), (0.002, 0.05), (0.003, 0.02)] {
+        let stroke = Stroke { depth_m, pitch, ..Stroke::STILL };
+        let [grid_n, profile_n] = [None, Some(ErrorBound::default())].map(|bound| {
+            let mut wheel = Wheel::new(360, 300, bound);
+            let turn = (TAU / -stroke.tick_rad()) as u32;
+            let mut felt_n = Vec2::ZERO;
+            for tick in 0..stroke.ticks() {
+                let turns = wheel.tick(&stroke.press(tick), stroke.tick_rad());
+                if tick + turn >= stroke.ticks() {
+                    assert_eq!(turns, bound.is_some(), "tick {tick}");
+                    felt_n += Vec2::new(wheel.felt_n.truncate().length(), wheel.felt_n.z) / turn as f32;
+                }
+            }
+            felt_n
+        });
+        println!("{depth_m} m deep, P/2a {pitch}: {grid_n:.3} N on the grid, {profile_n:.3} N on the profile");
+        assert!(grid_n.distance(profile_n) < 0.02 * grid_n.x, "{grid_n} N and {profile_n} N");
+    }
 }
 
 /// Foot and rim are each other's mirror image, and a profile ends with both.

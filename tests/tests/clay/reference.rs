@@ -110,7 +110,7 @@ fn clay_under_a_tool_that_slides_lies_at_the_tool_as_under_one_that_stands() {
 #[test]
 fn plastic_clay_carries_the_tool_with_the_reference_force() {
     let curve = ForceCurve::parse(FORCE).unwrap();
-    let largest = curve.first_at_n(2.0).unwrap_or(12.28);
+    let largest = curve.first_at_n(2.0).unwrap();
     for depth in [1, 2] {
         let force = f64::from(pressed(MethodKind::Plastic, depth, false).0.force_n);
         let reference = curve.first_at_n(depth.into()).unwrap();
@@ -127,9 +127,8 @@ fn plastic_dent_and_force_do_not_depend_on_the_grid() {
     let force = (coarse.force_n / fine.force_n - 1.0).abs();
     let volume = (coarse.volume_in_mm3 / fine.volume_in_mm3 - 1.0).abs();
     println!("three times finer: force {force:.4}, volume {volume:.4}");
-    // pressure ends at the contact's edge, which is made of whole elements: at one place of the paper's grid the force is off
-    // by 2 %, over many places by less than half a per cent
-    assert!(force < 0.03 && volume < 0.01, "force {force:.4}, volume {volume:.4}");
+    // pressure ends at the contact's edge, which is made of whole elements, and what that leaves out is added
+    assert!(force < 0.01 && volume < 0.01, "force {force:.4}, volume {volume:.4}");
 }
 
 #[test]

@@ -399,6 +399,27 @@ fn correction_leaves_room_for_a_step_of_the_encoders_and_ends_however_coarse_the
     }
 }
 
+/// A device that rests in the clay and says that it flies.
+#[test]
+fn a_velocity_that_no_hand_has_is_not_felt() {
+    let coupling = Coupling { stiffness_n_m: 700.0, damping_ns_m: 5.0 };
+    for velocity_m_s in [f32::MAX, -1e20, 100.0, 5.1].map(Vec3::splat) {
+        let forces_n = [Vec3::ZERO, velocity_m_s].map(|odd_m_s| {
+            let mut chain =
+                Haptics::new(Setup { coupling: Some(coupling), ..Setup::for_device(DeviceSpecs::OMNI, 0.2) });
+            let mut force_n = Vec3::ZERO;
+            for tick in 0..400 {
+                let said_m_s = if tick == 399 { odd_m_s } else { Vec3::ZERO };
+                let at_m = Vec3::new(-1e-3, 0.0, 0.0);
+                let centre = chain.accept(Some(at_m), Some(said_m_s), Seconds(1e-3)).unwrap();
+                force_n = chain.render(&wall(centre, Some(clay_of(Preset::Soft, Vec3::ZERO))));
+            }
+            force_n
+        });
+        assert!(forces_n[0].length() > 0.1 && forces_n[0] == forces_n[1], "{velocity_m_s} m/s: {forces_n:?}");
+    }
+}
+
 #[test]
 fn force_is_finite_and_within_the_peak_whatever_comes() {
     let mut dice = Dice::new(0xf0e);

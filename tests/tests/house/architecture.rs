@@ -345,8 +345,9 @@ fn what_a_server_writes_down_knows_no_address_and_nobody_else_is_talked_to() {
     };
     // who writes files, and the core, of which those are told
     let src = root().join("server/src");
-    let mut writers =
-        ["folder.rs", "store.rs", "teacher.rs", "certificate.rs", "recording.rs"].map(|file| src.join(file)).to_vec();
+    let mut writers = ["class_register.rs", "folder.rs", "store.rs", "teacher.rs", "certificate.rs", "recording.rs"]
+        .map(|file| src.join(file))
+        .to_vec();
     for folder in [src.join("recording"), root().join("shared")] {
         writers.extend(files(&folder, &["rs"]));
     }

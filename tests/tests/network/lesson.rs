@@ -12,13 +12,18 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pottery_client::device::ScriptedDevice;
+use glam::Vec3;
+use pottery_client::device::{Device, ScriptedDevice};
 use pottery_client::stroke::Stroke;
 use pottery_client::view::{Link, View};
 use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, endpoint, find};
 use pottery_server::{Certificate, Server, ServerConfig, ServerError};
-use pottery_shared::protocol::{self, JoinCode, NoGuidance, NoOrder, NoTool, Order, Refusal, Role, TeacherToken};
+use pottery_shared::haptics::DeviceSpecs;
+use pottery_shared::protocol::{
+    self, JoinCode, NoGuidance, NoOrder, NoTool, Order, Presence, Refusal, Role, TeacherToken,
+};
 use pottery_shared::session::ClientError;
+use pottery_shared::tool::Tool;
 use pottery_tests::programs::{folder, program};
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -37,10 +42,33 @@ fn teachers(server: &Server) -> Target {
 
 async fn join(target: &Target) -> Result<(quinn::Endpoint, Potter), JoinError> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/strokes/waist.csv");
-    let device = Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())));
+    join_with(target, Box::new(ScriptedDevice::new(Arc::new(Stroke::read(&path).unwrap())))).await
+}
+
+async fn join_with(target: &Target, device: Box<dyn Device>) -> Result<(quinn::Endpoint, Potter), JoinError> {
     let own = endpoint().unwrap();
     let potter = Potter::join(&own, target, device, PotterOptions::default()).await?;
     Ok((own, potter))
+}
+
+/// A hand that rubs up and down, for ever.
+#[derive(Debug)]
+struct Rubbing;
+
+impl Device for Rubbing {
+    fn position(&mut self, seconds: f64) -> Option<Vec3> {
+        Some(Vec3::new(0.0705, 0.0, 0.1 + 0.03 * (seconds as f32).sin()))
+    }
+
+    fn tool(&self) -> Tool {
+        Tool::default()
+    }
+
+    fn set_force(&mut self, _: Vec3) {}
+
+    fn specs(&self) -> DeviceSpecs {
+        DeviceSpecs::OMNI
+    }
 }
 
 async fn until(potter: &Potter, what: &str, is_so: impl Fn(&View) -> bool) -> Duration {
@@ -165,11 +193,12 @@ impl Drop for Served {
 }
 
 /// A server as a program, on a folder and a port of its own, and its join code and, the first time, the teacher's token.
-fn served(data: &Path, port: u16) -> (Served, JoinCode, Option<TeacherToken>) {
+fn served(data: &Path, port: u16, also: &[&str]) -> (Served, JoinCode, Option<TeacherToken>) {
     let listen = format!("127.0.0.1:{port}");
     let server = Command::new(program("pottery-server"))
         .args(["--listen", &listen, "--no-announce", "--wheels", "3", "--data"])
         .arg(data)
+        .args(also)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn();
@@ -181,62 +210,116 @@ fn served(data: &Path, port: u16) -> (Served, JoinCode, Option<TeacherToken>) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_class_comes_back_to_its_wheels_when_the_server_was_killed_and_one_that_was_closed_has_a_new_code() {
+async fn a_class_comes_back_to_its_seats_when_the_server_was_killed_and_one_that_was_closed_has_a_new_code() {
     let data = folder("killed");
-    let file = data.join("join-code");
+    let file = data.join("class-register");
     let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let (server, code, token) = served(&data, port);
+    let (server, code, token) = served(&data, port, &[]);
     let at = |wheel| Target::new(format!("127.0.0.1:{port}"), code.clone(), wheel);
     let (_teachers_end, teacher) = join(&Target { teacher: token, ..at(1) }).await.unwrap();
-    let (_students_end, student) = join(&at(1)).await.unwrap();
+    let (_students_end, student) = join_with(&at(1), Box::new(Rubbing)).await.unwrap();
     until(&teacher, "everybody is told of", |view| view.class.people().count() == 2 && view.class.class().is_some())
         .await;
+    let order = |order| assert!(teacher.command(pottery_client::Command::Order(order)));
     let client = student.view().lock().number;
-    assert!(teacher.command(pottery_client::Command::Order(Order::Seat { client, wheel: 3, works: true })));
-    let works =
-        |at| move |view: &View| view.link == Link::Open && view.class.place().is_some_and(|own| own.wheel == at);
-    until(&student, "it is at wheel 3", works(3)).await;
+    order(Order::Seat { client, wheel: 3, works: true });
+    let sits = |at| move |view: &View| view.link == Link::Open && view.class.place().is_some_and(|own| own.wheel == at);
+    until(&student, "it is at wheel 3", sits(3)).await;
+    let place = |potter: &Potter| potter.view().lock().class.place().map(|own| (own.client, own.name)).unwrap();
+    let before = [place(&teacher), place(&student)];
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o077, 0, "others can read the code");
     }
+    let presses = |view: &View| view.class.people().any(|person| person.client == client && person.touching);
+    until(&teacher, "the student presses", presses).await;
+    // the code is another one than that with which both came, and a wheel is frozen
+    order(Order::NewCode);
+    order(Order::Freeze { wheel: 2, is_frozen: true });
+    let is_told = |view: &View| {
+        let class = view.class.class();
+        class.is_some_and(|class| class.code != code.room() && class.wheels[1].is_frozen)
+    };
+    until(&teacher, "the teacher is told", is_told).await;
+    let new = teacher.view().lock().class.class().unwrap().code.clone();
+    // the file has it as it is spelt there
+    let kept = || fs::read(&file).is_ok_and(|bytes| bytes.windows(new.len()).any(|window| window == new.as_bytes()));
+    let began = Instant::now();
+    while !kept() {
+        assert!(began.elapsed() < PATIENCE, "the new code is not kept");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    // what came after the code is kept with the next look
+    tokio::time::sleep(Duration::from_secs(1)).await;
 
     drop(server);
     let is_away = |view: &View| matches!(view.link, Link::ComingBack(_));
     for potter in [&teacher, &student] {
         until(potter, "it knows", is_away).await;
     }
-    let (server, again, _) = served(&data, port);
-    assert_eq!(again, code, "nobody can come back");
-    until(&teacher, "the teacher is back", works(1)).await;
-    until(&student, "and the student where it was", works(3)).await;
-
-    // what the teacher makes of the code is kept as well
-    until(&teacher, "the teacher teaches", |view| view.class.class().is_some()).await;
-    assert!(teacher.command(pottery_client::Command::Order(Order::NewCode)));
+    let (mut server, again, _) = served(&data, port, &[]);
+    assert_eq!(again.room(), new, "nobody else can come");
+    until(&teacher, "the teacher is back", sits(1)).await;
+    until(&student, "and the student where it was", sits(3)).await;
+    assert_eq!([place(&teacher), place(&student)], before, "they are who they were");
+    until(&teacher, "the teacher teaches", |view| view.class.class().is_some_and(|class| class.wheels[1].is_frozen))
+        .await;
+    // what the hand had made by the clock of the server before is not in its way
     let began = Instant::now();
-    let new = loop {
-        let kept = fs::read_to_string(&file).unwrap();
-        if kept.len() == code.room().len() && kept != code.room() {
-            break kept;
-        }
-        assert!(began.elapsed() < PATIENCE, "the new code is not kept: {kept}");
-        tokio::time::sleep(Duration::from_millis(20)).await;
-    };
-    until(&teacher, "the teacher is told", |view| view.class.class().is_some_and(|class| class.code == new)).await;
+    until(&teacher, "the student presses on", presses).await;
+    println!("pressed on {:?} after it was back", began.elapsed());
+    until(&student, "what it presses is confirmed", |view| view.link == Link::Open && view.digest != 0).await;
     for potter in [teacher, student] {
         potter.leave().await.unwrap();
     }
-    drop(server);
-    let (mut server, again, _) = served(&data, port);
-    assert_eq!(again.room(), new);
 
     assert!(Command::new("kill").arg(server.0.id().to_string()).status().unwrap().success());
     assert!(server.0.wait().unwrap().success());
-    assert!(!file.exists(), "a server that is closed leaves its code behind");
-    let (server, fresh, _) = served(&data, port);
+    assert!(!file.exists(), "a server that is closed leaves its register behind");
+    let (server, fresh, _) = served(&data, port, &[]);
     assert_ne!(fresh.room(), new);
+    drop(server);
+    fs::remove_dir_all(data).unwrap();
+}
+
+/// Who comes back to a server that knows nobody any more waits at its door, once, for as long as the teacher likes.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_comes_back_to_a_lobby_waits_there_until_the_teacher_lets_them_in() {
+    let data = folder("lobby");
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let (server, code, token) = served(&data, port, &["--code", "K7QM-3XPD"]);
+    let at = |wheel| Target::new(format!("127.0.0.1:{port}"), code.clone(), wheel);
+    let (_teachers_end, teacher) = join(&Target { teacher: token, ..at(1) }).await.unwrap();
+    let (_students_end, student) = join(&at(2)).await.unwrap();
+    until(&student, "it has a seat", |view| view.class.place().is_some()).await;
+    drop(server);
+    for potter in [&teacher, &student] {
+        until(potter, "it knows", |view| matches!(view.link, Link::ComingBack(_))).await;
+    }
+    let (server, _, _) = served(&data, port, &["--code", "K7QM-3XPD", "--fresh", "--lobby"]);
+    until(&teacher, "the teacher is back", |view| view.link == Link::Open && view.class.class().is_some()).await;
+    until(&student, "it is told that it waits", |view| view.link == Link::Waiting).await;
+    // longer than a knock is waited for, and than the next one
+    tokio::time::sleep(Duration::from_secs(4)).await;
+    let waiting = || {
+        let view = teacher.view().lock();
+        let people = view.class.people().filter(|person| person.presence == Presence::Waiting);
+        people.map(|person| person.client).collect::<Vec<_>>()
+    };
+    until(&teacher, "one person waits", |view| view.class.people().count() == 2).await;
+    let (first, is_waiting) = (waiting(), student.view().lock().link == Link::Waiting);
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    assert!(
+        is_waiting && first.len() == 1 && waiting() == first,
+        "it knocks again and again: {first:?}, {:?}",
+        waiting()
+    );
+    assert!(teacher.command(pottery_client::Command::Order(Order::Admit { client: 0, is_admitted: true })));
+    until(&student, "it is in", |view| view.link == Link::Open && view.class.may_press()).await;
+    for potter in [teacher, student] {
+        potter.leave().await.unwrap();
+    }
     drop(server);
     fs::remove_dir_all(data).unwrap();
 }

@@ -5,6 +5,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod begun_anew;
 mod going_back;
 
 use std::collections::BTreeMap;
@@ -60,9 +61,13 @@ fn sample(tick: u64, at_m: [f32; 3]) -> ToolSample {
 
 impl Class {
     fn with(doors: DoorConfig) -> Self {
+        Self::with_wheels(3, doors)
+    }
+
+    fn with_wheels(wheels: u16, doors: DoorConfig) -> Self {
         let config = RoomConfig {
             code: CODE.into(),
-            wheels: 3,
+            wheels,
             people_max: 12,
             pot: PotSpec { shape: GridShape::new(90, 100).unwrap(), ..PotSpec::default() },
             method: MethodKind::Plastic,
@@ -439,6 +444,31 @@ fn whoever_comes_back_finds_seat_name_number_and_pot_whatever_the_door() {
     let other = class.room.everybody().len();
     class.pass(300, &[]);
     assert_eq!((other, class.people(1).len()), (1, 1));
+}
+
+#[test]
+fn who_comes_back_for_something_else_may_do_no_more_than_before() {
+    let mut class = Class::open();
+    class.teacher(1, 1);
+    let student = class.student(2, 2);
+    let [taught, worked] = [1, 2].map(|peer| class.line(peer).resume.unwrap());
+    assert_eq!(class.order(1, Order::Seat { client: student.client, wheel: 2, works: false }), None);
+    let watches = |pass| Hello { purpose: Purpose::Watches { bytes_per_s: 9000 }, ..works(1, pass) };
+    assert!(matches!(class.greet(3, &watches(Pass::Resume(worked))), Some(Notice::Audience(_))));
+    assert!(matches!(class.greet(4, &works(2, Pass::Resume(worked))), Some(Notice::Welcome(_))));
+    assert!(!class.place(4).may_press, "it was made to look on");
+    // a teacher is one also after having looked on
+    assert!(matches!(class.greet(5, &watches(Pass::Resume(taught))), Some(Notice::Audience(_))));
+    assert!(matches!(class.greet(6, &works(3, Pass::Resume(taught))), Some(Notice::Welcome(_))));
+    assert!(class.place(6).may_press && class.place(6).role == Role::Teacher);
+    // a guest comes to work as anybody does: with the code, through an open door
+    assert!(matches!(class.greet(7, &watches(Pass::None)), Some(Notice::Audience(_))));
+    let guest = class.line(7).resume.unwrap();
+    class.order(6, Order::Lock { is_locked: true });
+    assert_eq!(class.greet(8, &works(1, Pass::Resume(guest))), Some(Notice::Refused(Refusal::Locked)));
+    class.order(6, Order::Lock { is_locked: false });
+    assert!(matches!(class.greet(9, &works(1, Pass::Resume(guest))), Some(Notice::Welcome(_))));
+    assert!(class.place(9).role == Role::Student && class.place(9).may_press);
 }
 
 #[test]

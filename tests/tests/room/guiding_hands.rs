@@ -161,6 +161,9 @@ fn who_may_not_asks_in_vain_and_who_asks_too_often_is_not_answered() {
     }
     studio.ask(2, &Request::Guide { student: 1, guidance: HOW });
     assert_eq!(studio.last(2), Some(&Notice::NoGuidance(NoGuidance::NotTeacher)));
+    let other = studio.join(4, 2, Pass::Teacher(TOKEN));
+    studio.ask(1, &Request::Guide { student: other, guidance: HOW });
+    assert_eq!(studio.last(1), Some(&Notice::NoGuidance(NoGuidance::Nobody)), "who teaches is led by nobody");
     let odd = TargetWire { height_m: f32::NAN, radii: vec![15_000; 65] };
     studio.ask(1, &Request::Target(Some(odd)));
     assert_eq!(studio.last(1), Some(&Notice::NoGuidance(NoGuidance::Unknown)));

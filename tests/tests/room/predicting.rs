@@ -13,9 +13,9 @@ use glam::Vec3;
 use pottery_shared::clay::{
     Conditions, GridShape, Material, MethodKind, Pot, PotSpec, SubStep, Support, Surface, Wheel,
 };
-use pottery_shared::prediction::Predictor;
+use pottery_shared::prediction::{Field, Hand, Patch, Predictor};
 use pottery_shared::snapshot::{Author, Delta, Moment, Replica, SnapshotClock, Touched};
-use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
+use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample, rack};
 use pottery_shared::units::{Rpm, Seconds, Tick};
 use proptest::prelude::*;
 
@@ -184,6 +184,32 @@ fn clay_that_somebody_else_presses_far_away_is_pressed_again_while_they_do() {
     // a snapshot in which other tiles change than one's own is not what was predicted
     let counts = run(&Course { others: vec![(200, PI)], ..ALONE });
     assert!((3..10).contains(&counts.pressed_again), "{counts:?}");
+}
+
+/// A tool that went through the pot in a tick is stopped at it, and one that was put down here and is taken up there has not gone through: it
+/// was drawn right through the clay when the pointer left the window on one side and came back on the other.
+#[test]
+fn a_tool_that_is_taken_up_elsewhere_has_not_gone_there_through_the_clay() {
+    let field = Field::new(Pot::new(PotSpec::default()).unwrap(), Tick(0));
+    let mut hand = Hand::new(Patch { field, conditions: Conditions::default(), rack: rack::standard() });
+    // as a loop has it: on which side first, and then where it is stopped and pressed
+    let stands = |hand: &mut Hand, tick: u64, x_m: f32| {
+        let (tick, tool) = (Tick(tick), Tool::default());
+        let asked = Position::nearest(Vec3::new(x_m, 0.001, 0.1)).unwrap();
+        let side = hand.side(tick, tool, asked);
+        let sample = ToolSample { tick, tool, orientation: Orientation::default(), side, centre: asked };
+        let centre = hand.stopped_at_clay(&sample);
+        let touched = hand.press(&ToolSample { centre, ..sample }).elements;
+        (centre == asked, touched)
+    };
+    assert_eq!(stands(&mut hand, 1, 0.09), (true, 0));
+    let (is_there, touched) = stands(&mut hand, 2, -0.09);
+    assert!(!is_there && touched > 0, "it went through the pot within a tick");
+    hand.put_down();
+    assert_eq!(stands(&mut hand, 900, 0.09), (true, 0));
+    hand.put_down();
+    assert_eq!(stands(&mut hand, 902, -0.09), (true, 0), "it was taken up there");
+    assert_eq!(stands(&mut hand, 903, -0.0901), (true, 0));
 }
 
 proptest! {

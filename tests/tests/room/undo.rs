@@ -6,6 +6,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod bounds;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::time::Duration;
@@ -669,23 +671,4 @@ fn a_new_pot_is_a_step_as_any_other() {
     world.assert_settled("and again");
     assert_eq!(world.digest(), new);
     world.assert_recorded();
-}
-
-#[test]
-fn history_is_bounded_in_age_and_bytes() {
-    let mut world = World::new(MethodKind::Improved, (48, 40), 0.0, 7);
-    world.come(0);
-    // three tenths of a second in every five, for thirteen minutes
-    let hand = |person: u64, now: u64| (now > 300 && now % 5000 < 300).then(|| band(person, now, now / 90_000));
-    let mut most = 0;
-    while world.now < 780_000 {
-        world.step(hand);
-        world.entries.clear();
-        most = most.max(world.room.counts().history_bytes);
-    }
-    let steps = *world.potter(0).steps();
-    // ten minutes are 120 strokes; marks thin out backwards, and the oldest lies up to half as far beyond
-    assert!((120..=156).contains(&steps.back), "{steps:?}");
-    assert!(most < 1 << 20, "{most} bytes");
-    println!("{} strokes in {} bytes, at most {most}", steps.back, world.room.counts().history_bytes);
 }

@@ -472,6 +472,7 @@ impl App {
         self.panel.notice = match (&view.link, status.fault()) {
             (Link::Closed, _) => Some(self.panel.words.say("closed")),
             (Link::ComingBack(_), _) => Some(self.panel.words.say("coming-back")),
+            (Link::Waiting, _) => Some(self.panel.words.say("waiting")),
             (Link::Lost(reason), _) => Some(reason.clone()),
             (Link::Open, _) if !is_heard => Some(self.panel.words.say("silence")),
             (Link::Open, fault) => monitor
@@ -479,6 +480,7 @@ impl App {
                 .or_else(|| fault.map(|fault| fault.to_string()))
                 .or_else(|| self.panel.is_force_off.then(|| self.panel.words.say("force-is-off")))
                 .or_else(|| self.panel.class.held().map(|held| self.panel.words.say(held)))
+                .or_else(|| self.panel.guided())
                 .or_else(|| self.refusal.as_ref().map(|(_, reason)| reason.clone()))
                 .or_else(|| self.keeper.trouble(&self.panel.words)),
         };

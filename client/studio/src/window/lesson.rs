@@ -31,6 +31,9 @@ pub(super) struct Seen {
 }
 
 /// The names of the steps, for the words.
+/// From which width of the window on the steps are shown before somebody asks for them, points.
+const OPEN_FROM: f32 = 600.0;
+
 const STEPS: [&str; 4] = ["lesson-centre", "lesson-open", "lesson-pull", "lesson-shape"];
 
 /// How far somebody is in the lesson.
@@ -75,8 +78,11 @@ impl Lesson {
     pub(super) fn show(self, context: &egui::Context, words: &Words) -> bool {
         let mut leaves = false;
         let window = egui::Window::new(words.say("lesson")).id(egui::Id::unique("lesson")).resizable(false);
+        let room = context.content_rect().size();
+        // it would lie over the controls
+        let window = window.default_open(room.x >= OPEN_FROM).vscroll(true).max_height((room.y - 90.0).max(1.0));
         window.anchor(Align2::RIGHT_BOTTOM, [-12.0, -34.0]).default_width(300.0).show(context, |ui| {
-            ui.set_width((context.content_rect().width() - 40.0).clamp(0.0, 300.0));
+            ui.set_width((room.x - 40.0).clamp(0.0, 300.0));
             if let Some(name) = STEPS.get(self.step) {
                 let (step, steps) = ((self.step + 1).to_string(), STEPS.len().to_string());
                 let title =

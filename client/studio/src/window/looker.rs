@@ -488,6 +488,7 @@ impl Looker {
                 Link::Open if seat.is_coming => Some(words.say("taking-place")),
                 Link::Open => seat.refusal.clone().or_else(|| is_waiting.then(|| words.say("waiting-for-wheels"))),
                 Link::ComingBack(_) => Some(words.say("looking-again")),
+                Link::Waiting => Some(words.say("waiting")),
                 Link::Closed => Some(words.say("closed")),
                 Link::Lost(reason) => Some(reason.clone()),
             };

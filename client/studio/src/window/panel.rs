@@ -113,7 +113,17 @@ pub(super) struct PanelState {
 impl PanelState {
     /// Folds the controls away, or opens them; twice between two pictures leaves them as they were.
     pub(super) fn fold(&mut self) {
-        self.is_open = Some(!self.is_open.unwrap_or(self.covers > 0.0));
+        self.is_open = Some(!self.is_seen());
+    }
+
+    /// Whether the controls lie open.
+    fn is_seen(&self) -> bool {
+        self.is_open.unwrap_or(self.covers > 0.0)
+    }
+
+    /// Who guides this hand and how to let go, where the controls do not say it.
+    pub(super) fn guided(&self) -> Option<String> {
+        self.guidance.notice(&self.words).filter(|_| !self.is_seen())
     }
 }
 

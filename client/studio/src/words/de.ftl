@@ -121,6 +121,7 @@ quality-slow = langsam
 not-heard = die Werkstatt hört dieses Programm nicht mehr
 silence = gerade kommt nichts von der Werkstatt; was du jetzt drückst, zählt vielleicht nicht
 coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Platz …
+waiting = die Lehrperson lässt dich gleich wieder herein
 closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück
 

@@ -121,6 +121,7 @@ quality-slow = slow
 not-heard = the studio does not hear this client any more
 silence = nothing comes from the studio at the moment; what you press may not count
 coming-back = the connection broke; coming back to your seat …
+waiting = waiting for the teacher to let you in again
 closed = the studio has closed; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back
 

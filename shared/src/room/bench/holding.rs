@@ -113,6 +113,6 @@ impl Bench {
 
     /// Whether a tick has something to do here.
     pub(in crate::room) fn has_work(&self) -> bool {
-        !self.seats.is_empty() || self.history.has_work()
+        !self.seats.is_empty() || self.history.has_work() || self.history.has_unkept()
     }
 }

@@ -32,15 +32,15 @@ impl Wish {
     }
 }
 
-/// Most steps that wait at one time.
-const WISHES_MAX: usize = 64;
+/// Most steps of one peer that wait at one time: somebody who asks for more hammers at a key.
+const WISHES_MAX: usize = 16;
 /// Ticks that a step waits at most: as far as samples may be ahead.
 const WAIT_MAX: i64 = 1_500;
 
 impl Bench {
     /// Takes in that a peer, whose newest sample is of tick `held`, wants to undo or redo a stroke.
     pub(in crate::room) fn ask_step(&mut self, peer: PeerId, step: Step, held: u64, now: Tick) {
-        if self.wishes.len() < WISHES_MAX {
+        if self.wishes.iter().filter(|wish| wish.peer == peer).count() < WISHES_MAX {
             let held = Tick(held.min(now.offset(WAIT_MAX).0));
             self.wishes.push_back(Wish { peer, step, held });
         }
@@ -53,12 +53,13 @@ impl Bench {
         let mut waiting = BTreeSet::new();
         for _ in 0..self.wishes.len() {
             let Some(wish) = self.wishes.pop_front() else { break };
-            if waiting.contains(&wish.peer) || wish.held > tick {
+            let Some(seat) = self.seats.get(&wish.peer) else { continue };
+            let is_early = wish.held > tick || self.history.recalls_for_another(seat.client);
+            if is_early || waiting.contains(&wish.peer) {
                 waiting.insert(wish.peer);
                 self.wishes.push_back(wish);
                 continue;
             }
-            let Some(seat) = self.seats.get(&wish.peer) else { continue };
             if let Err(reason) = self.history.step(wish.step, seat.client, wish.held, &self.pot) {
                 outbox
                     .push_back(Transmit { to: wish.peer, lane: Lane::Control(Peer::notice(&Notice::NoStep(reason))) });
@@ -71,6 +72,11 @@ impl Bench {
     /// Whether there is clay to be made again here.
     pub(in crate::room) const fn is_remaking(&self) -> bool {
         self.history.is_remaking()
+    }
+
+    /// Takes in that time has passed, also where nobody is.
+    pub(in crate::room) fn note_time(&mut self, now: Tick) {
+        self.history.note_time(now);
     }
 
     pub(in crate::room) const fn history(&self) -> &History {

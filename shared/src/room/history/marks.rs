@@ -44,6 +44,8 @@ pub(super) struct Marks(VecDeque<Mark>);
 impl Marks {
     /// How far back every stroke can be undone.
     const TICKS: i64 = 600_000;
+    /// Longest time that marks are thinned out to: what was pressed is forgotten no later than so long after it need not be known any more.
+    const GAP_TICKS: i64 = 300_000;
     /// Most bytes kept beside the oldest clay; where that is long, eight times as many as it takes.
     const BYTES_MAX: usize = 12 << 20;
 
@@ -86,12 +88,13 @@ impl Marks {
         self.thin_out();
     }
 
-    /// Drops marks that would save little: no gap is longer than half of what lies behind it.
+    /// Drops marks that would save little: no gap is longer than half of what lies behind it, nor than [`Marks::GAP_TICKS`].
     fn thin_out(&mut self) {
         let now = self.newest().place.pressed;
         for at in (1..self.0.len().saturating_sub(1)).rev() {
-            let (before, after) = (self.0[at - 1].place.pressed, self.0[at + 1].place.pressed);
-            if 2 * (after - before) <= now - after {
+            let (before, after) = (self.0[at - 1].place, self.0[at + 1].place);
+            let is_short = after.tick.since(before.tick) <= Self::GAP_TICKS;
+            if is_short && 2 * (after.pressed - before.pressed) <= now - after.pressed {
                 self.0.remove(at);
                 self.0[at].bytes = self.0[at].bytes_beside(&self.0[at - 1]);
             }

@@ -55,6 +55,11 @@ impl History {
         self.anew = Some((client, Anew::Clay(clay)));
     }
 
+    /// Whether clay of an earlier time is on its way for another client: what is asked for meanwhile waits, or it would never be there.
+    pub(in crate::room) fn recalls_for_another(&self, client: u16) -> bool {
+        self.recall.as_ref().is_some_and(|recall| !recall.is_of(client))
+    }
+
     /// Whether there is something to do although nobody is at the wheel.
     pub(in crate::room) const fn has_work(&self) -> bool {
         self.anew.is_some() || self.recall.is_some() || self.is_remaking()

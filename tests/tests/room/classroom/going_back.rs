@@ -54,6 +54,33 @@ fn going_back_is_a_step_that_can_be_taken_back_and_overwrites_nothing() {
     assert_eq!(class.class(1).wheels[0].oldest, 0);
 }
 
+/// It was begun again with every step, and never done.
+#[test]
+fn students_who_step_back_and_forth_keep_no_teacher_from_going_back() {
+    let mut class = Class::open();
+    class.teacher(1, 2);
+    class.student(2, 1);
+    class.student(3, 1);
+    class.pass(300, &[]);
+    let stood = class.digest(0);
+    let to = class.now;
+    class.pass(2500, &[(2, dent(0.05)), (3, [-0.069, 0.0, 0.1])]);
+    class.pass(300, &[]);
+    assert_eq!(class.order(1, Order::GoBack { wheel: 1, to }), None);
+    for round in 0..40 {
+        let held = class.now;
+        class.ask(2, &if round % 2 == 0 { Request::Undo { held } } else { Request::Redo { held } });
+        class.pass(20, &[]);
+    }
+    // what was asked for meanwhile is done afterwards, on the clay that the teacher wanted
+    let mut was = false;
+    for _ in 0..400 {
+        class.pass(10, &[]);
+        was |= class.digest(0) == stood;
+    }
+    assert!(was, "the wheel never went back");
+}
+
 #[test]
 fn a_wheel_remembers_no_farther_than_it_says() {
     let mut class = Class::open();

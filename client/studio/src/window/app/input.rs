@@ -156,7 +156,8 @@ impl App {
             Key::Character("u") => self.panel.guidance.record(),
             Key::Character("y") => self.panel.guidance.play(),
             Key::Character("p") => self.panel.fold(),
-            Key::Character("m") => self.panel.is_heard = !self.panel.is_heard,
+            // where nothing is heard anyway, nobody would see what it did
+            Key::Character("m") if self.panel.no_sound.is_none() => self.panel.is_heard = !self.panel.is_heard,
             Key::Character("h") => self.panel.shows_help = !self.panel.shows_help,
             _ => {}
         }

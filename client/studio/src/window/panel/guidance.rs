@@ -242,16 +242,27 @@ impl Guidance {
         ui.separator();
     }
 
-    fn show_student(&mut self, ui: &mut egui::Ui, words: &Words) {
-        let Some(pair) = self.shown.pair else { return };
+    /// Who guides this hand and how, where somebody does.
+    fn guided_by(&self, words: &Words) -> Option<String> {
+        let pair = self.shown.pair.filter(|_| self.part == Part::Student)?;
         let (name, mode) =
             (name_in(&self.names, words, pair.teacher), words.say(&format!("guide-{}", pair.guidance.mode().name())));
         let percent = words.number(f64::from(pair.guidance.strength() * 100.0), 0);
-        ui.label(if pair.guidance == How::TAKE_OVER {
+        Some(if pair.guidance == How::TAKE_OVER {
             words.say_with("taken-over-by", &[("name", &name)])
         } else {
             words.say_with("guided-by", &[("name", &name), ("mode", &mode), ("percent", &percent)])
-        });
+        })
+    }
+
+    /// The same, and how to let go, for who does not see the controls.
+    pub(in crate::window) fn notice(&self, words: &Words) -> Option<String> {
+        Some(format!("{} · {}", self.guided_by(words)?, words.say("let-go")))
+    }
+
+    fn show_student(&mut self, ui: &mut egui::Ui, words: &Words) {
+        let (Some(pair), Some(said)) = (self.shown.pair, self.guided_by(words)) else { return };
+        ui.label(said);
         if let Some(figures) = self.figures {
             let (apart, late) = (f64::from(figures.error_m) * 1e3, f64::from(figures.late_s) * 1e3);
             let (apart, late) = (words.number(apart, 1), words.number(late, 0));

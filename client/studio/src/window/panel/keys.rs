@@ -3,7 +3,7 @@
 //! Owns what is said of them; what they do is the window's.
 //! Invariant: every key that the window takes stands here.
 
-use egui::{Align2, Grid, RichText, ScrollArea, vec2};
+use egui::{Align2, Grid, Label, RichText, ScrollArea, vec2};
 
 use crate::words::Words;
 
@@ -42,15 +42,16 @@ const KEYS: [(&str, &str); 27] = [
 pub(super) fn show(context: &egui::Context, words: &Words) {
     let window = egui::Window::new(words.say("keys")).id(egui::Id::unique("keys"));
     window.anchor(Align2::RIGHT_TOP, [-12.0, 12.0]).resizable(false).show(context, |ui| {
-        // below the title, and as far from the window's edges as it stands
-        let room = (context.content_rect().size() - vec2(48.0, 60.0)).max(vec2(1.0, 1.0));
-        let area = ScrollArea::both().max_width(room.x).max_height(room.y);
-        area.min_scrolled_width(room.x).min_scrolled_height(room.y).show(ui, |ui| {
-            Grid::new("table").show(ui, |ui| {
+        // below the title, above the line at the window's lower edge, and as far from its sides as it stands
+        let room = (context.content_rect().size() - vec2(48.0, 84.0)).max(vec2(1.0, 1.0));
+        let area = ScrollArea::vertical().max_width(room.x).max_height(room.y);
+        area.min_scrolled_height(room.y).show(ui, |ui| {
+            // two columns, and a bar beside them
+            Grid::new("table").max_col_width(0.5 * (room.x - 24.0)).show(ui, |ui| {
                 for (key, effect) in KEYS {
                     let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
-                    ui.label(RichText::new(key).monospace());
-                    ui.label(words.say(effect));
+                    ui.add(Label::new(RichText::new(key).monospace()).wrap());
+                    ui.add(Label::new(words.say(effect)).wrap());
                     ui.end_row();
                 }
             });
