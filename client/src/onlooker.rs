@@ -224,10 +224,10 @@ impl Task {
         self.way_back.note_place(shared.lock().watcher.class());
         let way = self.way_back.begin(link)?;
         shared.lock().link = Link::ComingBack(way.0.clone());
-        let waits = || shared.lock().link = Link::Waiting;
+        let tell = |link| shared.lock().link = link;
         let (joined, mut watcher) = tokio::select! {
             biased;
-            found = self.way_back.knock(way, self.joined.connection.rtt(), Watcher::open, waits) => found?,
+            found = self.way_back.knock(way, self.joined.connection.rtt(), Watcher::open, tell) => found?,
             () = shared.leaving.notified() => return Err(Link::Closed),
         };
         self.joined = joined;

@@ -103,7 +103,7 @@ fn unread(source: &io::Error) -> String {
     if source.kind() == io::ErrorKind::InvalidData {
         return "it is no text; choose a file of comma-separated lines, such as --record writes".into();
     }
-    pottery_files::sentence::sentence(source)
+    source.to_string()
 }
 
 /// Why a stroke cannot be read.

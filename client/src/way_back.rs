@@ -90,8 +90,8 @@ impl WayBack {
         if self.short_stays >= SHORT_STAYS_MAX { Err(Link::Lost(reason)) } else { Ok((reason, resume)) }
     }
 
-    /// Knocks until somebody opens, for at most a minute; `open` makes a session of the answer, and `waits` is told that a teacher is asked,
-    /// who may take longer.
+    /// Knocks until somebody opens, for at most a minute; `open` makes a session of the answer. A teacher who is asked may take longer; `tell` is told of that,
+    /// and of its end.
     ///
     /// How it stands when nobody does, or when one is refused.
     pub(crate) async fn knock<S>(
@@ -99,17 +99,17 @@ impl WayBack {
         (reason, resume): (String, ResumeToken),
         round_trip: Duration,
         open: impl Fn(&[u8], Duration) -> Result<S, ClientError>,
-        waits: impl Fn(),
+        tell: impl Fn(Link),
     ) -> Result<(Joined, S), Link> {
         let greeting = greet(&self.target, self.purpose, self.target.pass_back(resume));
-        let (began, mut tries) = (Instant::now(), 0);
+        let (mut began, mut tries) = (Instant::now(), 0);
         while began.elapsed() < TRIES_FOR {
             tries += 1;
             let patience = 6 * round_trip + if tries % SLOW_EVERY == 0 { SLOW_TRY_FOR } else { TRY_FOR };
             let is_heard = AtomicBool::new(false);
             let hears = || {
                 is_heard.store(true, Ordering::Relaxed);
-                waits();
+                tell(Link::Waiting);
             };
             let asked = connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting, &open, hears);
             let mut asked = pin!(asked);
@@ -122,6 +122,11 @@ impl WayBack {
                 Ok(Err(error)) if error.is_answer() => return Err(Link::Lost(error.to_string())),
                 Ok(Err(error)) => tracing::debug!(%error, "not back yet"),
                 Err(_) => tracing::debug!("nobody answers yet"),
+            }
+            if is_heard.load(Ordering::Relaxed) {
+                // it was there a moment ago
+                began = Instant::now();
+                tell(Link::ComingBack(reason.clone()));
             }
             sleep(TRY_EVERY).await;
         }

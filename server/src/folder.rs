@@ -56,10 +56,10 @@ impl Folder {
 /// What is in the way, in words.
 pub(crate) fn write_private(path: &Path, bytes: &[u8]) -> Result<(), String> {
     let mut options = File::options();
-    options.write(true).create(true).truncate(true);
+    options.write(true).create(true).truncate(false);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    // an empty file of its own first, whose permissions stay
+    // where there is none, an empty one first, whose permissions stay
     options.open(path).map_err(|error| error.to_string())?;
     write_whole(path, |file| file.write_all(bytes)).map_err(|error| error.to_string())
 }

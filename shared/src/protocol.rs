@@ -38,7 +38,7 @@ use bincode::config::{Configuration, Limit, LittleEndian, Varint};
 use bincode::{Decode, Encode};
 
 /// Version of everything in this module.
-pub const VERSION: u16 = 49;
+pub const VERSION: u16 = 48;
 /// Code with which a server closes a connection on which it heard no greeting in time.
 pub const CLOSED_UNHEARD: u32 = 2;
 /// Protocol name in the TLS handshake (ALPN).

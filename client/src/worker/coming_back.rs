@@ -55,10 +55,10 @@ impl Worker {
         let (epoch, commands) = (self.epoch, &mut self.commands);
         let open = |answer: &[u8], measured| Client::open(answer, epoch.elapsed().as_millis() as u64, measured);
         let view = self.view.clone();
-        let waits = || view.lock().link = Link::Waiting;
+        let tell = |link| view.lock().link = link;
         let (joined, session) = tokio::select! {
             biased;
-            found = self.way_back.knock(way, self.connection.rtt(), open, waits) => found?,
+            found = self.way_back.knock(way, self.connection.rtt(), open, tell) => found?,
             // what else is asked for meanwhile is asked of nobody
             () = async { while !matches!(commands.recv().await, Some(Command::Leave) | None) {} } => {
                 return Err(Link::Closed);

@@ -79,11 +79,16 @@ fn chain<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn 
 /// assert_eq!(instead("invalid value: integer `-1`, expected u32"), "write a whole number of 0 or more");
 /// let said = instead("invalid type: string \"a\", expected f64 at line 2 column 7");
 /// assert_eq!(said, "write a number, such as 2.5, at line 2 column 7");
+/// assert_eq!(instead("unknown variant `de`, expected `english` or `german`"), "there is no 'de' here, but english, german");
 /// assert_eq!(instead("duplicate key"), "duplicate key");
 /// ```
 #[must_use]
 pub fn instead(said: &str) -> String {
-    if let Some((name, known)) = said.strip_prefix("unknown field `").and_then(|rest| rest.split_once("`, expected ")) {
+    if said.starts_with("string values must be quoted") {
+        return "write a number, true or false, or words in quotes".into();
+    }
+    let unknown = said.strip_prefix("unknown field `").or_else(|| said.strip_prefix("unknown variant `"));
+    if let Some((name, known)) = unknown.and_then(|rest| rest.split_once("`, expected ")) {
         let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
         let like = known.iter().map(|known| (strsim::jaro_winkler(name, known), known));
         return match like.max_by(|one, other| one.0.total_cmp(&other.0)) {

@@ -187,7 +187,10 @@ impl History {
             if !work.is_at_snapshot {
                 return;
             }
-            let place = Place { span: remake.span(), pressed: self.log.pressed_before(remake.span()), tick: now };
+            let span = remake.span();
+            // when it was come to first: what is made again is as old as it was
+            let tick = self.log.since(span).unwrap_or(now);
+            let place = Place { span, pressed: self.log.pressed_before(span), tick };
             if place.pressed - self.marks.newest().place.pressed >= Self::MARK_EVERY {
                 remake.keep(place, &mut self.marks);
             }

@@ -2,10 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use glam::Vec3;
-use pottery_shared::clay::{Conditions, Material, MaterialError, Preset, Strength, Wetness};
-use pottery_shared::tool::{Orientation, Position, Side, Tool, ToolSample};
-use pottery_shared::units::{Seconds, Tick};
+use pottery_shared::clay::{Material, MaterialError, Preset, Strength, Wetness};
+use pottery_shared::units::Seconds;
 use proptest::prelude::*;
 
 fn of(liquidity_index: f32) -> Material {
@@ -128,28 +126,6 @@ fn number_out_of_range_is_refused_by_name_and_range() {
     }
     let error = MaterialError { field: "wetness", value: 1.5, min: 0.0, max: 1.0 };
     assert_eq!(error.to_string(), "wetness = 1.5 cannot be used: choose a number from 0 to 1");
-}
-
-/// A loop that missed a tick or more presses for as long as it took, as four loops that missed none do.
-#[test]
-fn clay_yields_for_as_long_as_a_press_took() {
-    let conditions = Conditions::default();
-    let at = |tick| ToolSample {
-        tick: Tick(tick),
-        tool: Tool::default(),
-        orientation: Orientation::default(),
-        side: Side::Outside,
-        centre: Position::nearest(Vec3::new(0.07, 0.0, 0.1)).unwrap(),
-    };
-    let after = |ticks: u64| conditions.press(&at(100 + ticks), Some(&at(100))).response;
-    let left = 1.0 - after(1);
-    assert!(after(1) > 0.0);
-    for ticks in [2, 3, 4] {
-        let all = 1.0 - left.powi(ticks as i32);
-        assert!((after(ticks) / all - 1.0).abs() < 1e-5, "{ticks} ticks: {} for {all}", after(ticks));
-    }
-    // one that does not go on from another presses for a tick
-    assert_eq!((after(50), conditions.press(&at(100), None).response), (after(1), after(1)));
 }
 
 proptest! {

@@ -359,7 +359,7 @@ fn climb_that_somebody_ends_tells_and_writes_the_loads_that_were_gone_through() 
     let mut command = load_test(&[&climb[..], &each, &threshold, &PATIENT].concat());
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap());
-    read_until(&mut lines, |line| line.contains("Pass"));
+    read_until(&mut lines, |line| line.contains("pass"));
     read_until(&mut lines, |line| line.starts_with("server "));
     signal("-INT", &child.id().to_string());
     let done = child.wait_with_output().unwrap();

@@ -30,10 +30,10 @@ pub(super) struct Seen {
     pub(super) height_m: f32,
 }
 
-/// The names of the steps, for the words.
 /// From which width of the window on the steps are shown before somebody asks for them, points.
 const OPEN_FROM: f32 = 600.0;
 
+/// The names of the steps, for the words.
 const STEPS: [&str; 4] = ["lesson-centre", "lesson-open", "lesson-pull", "lesson-shape"];
 
 /// How far somebody is in the lesson.
@@ -79,8 +79,8 @@ impl Lesson {
         let mut leaves = false;
         let window = egui::Window::new(words.say("lesson")).id(egui::Id::unique("lesson")).resizable(false);
         let room = context.content_rect().size();
-        // it would lie over the controls
-        let window = window.default_open(room.x >= OPEN_FROM).vscroll(true).max_height((room.y - 90.0).max(1.0));
+        // in a narrower one it would lie over the controls
+        let window = window.default_open(room.x >= OPEN_FROM);
         window.anchor(Align2::RIGHT_BOTTOM, [-12.0, -34.0]).default_width(300.0).show(context, |ui| {
             ui.set_width((room.x - 40.0).clamp(0.0, 300.0));
             if let Some(name) = STEPS.get(self.step) {

@@ -16,7 +16,7 @@ pub(super) struct Place {
     pub(super) span: u64,
     /// Samples before it, since the wheel began.
     pub(super) pressed: u64,
-    /// When it was come to, for the first time or again.
+    /// When it was come to.
     pub(super) tick: Tick,
 }
 
