@@ -169,6 +169,11 @@ async fn resolve(typed: &str) -> Result<(SocketAddr, Vec<SocketAddr>), JoinError
     Ok((first, others))
 }
 
+/// Says in the log that a teacher is asked, for who has nothing else to say it with.
+pub(crate) fn log_waiting() {
+    tracing::warn!("waiting for the teacher to let you in");
+}
+
 /// Connects, greets and waits for the answer, of which `open` makes a session; it is told the round trip.
 ///
 /// # Errors
@@ -179,12 +184,11 @@ pub async fn join<S>(
     greeting: &[u8],
     open: impl FnOnce(&[u8], Duration) -> Result<S, ClientError>,
 ) -> Result<(Joined, S), JoinError> {
-    let waits = || tracing::warn!("waiting for the teacher to let you in");
-    join_again(endpoint, target, None, greeting, open, waits).await
+    join_asking(endpoint, target, None, greeting, open, log_waiting).await
 }
 
-/// The same, over a line whose round trip was measured before; `waits` is told that a teacher is asked.
-pub(crate) async fn join_again<S>(
+/// The same, over a line whose round trip may have been measured before; `waits` is told that a teacher is asked.
+pub(crate) async fn join_asking<S>(
     endpoint: &quinn::Endpoint,
     target: &Target,
     round_trip: Option<Duration>,

@@ -87,9 +87,23 @@ impl Onlooker {
     /// # Errors
     /// [`JoinError`] with a sentence for the person.
     pub async fn join(endpoint: &quinn::Endpoint, target: &Target, bytes_per_s: u32) -> Result<Self, JoinError> {
+        Self::join_asking(endpoint, target, bytes_per_s, connection::log_waiting).await
+    }
+
+    /// The same, for whom `waits` is told that a teacher is asked to let them in.
+    ///
+    /// # Errors
+    /// [`JoinError`] with a sentence for the person.
+    pub async fn join_asking(
+        endpoint: &quinn::Endpoint,
+        target: &Target,
+        bytes_per_s: u32,
+        waits: impl Fn(),
+    ) -> Result<Self, JoinError> {
         let purpose = Purpose::Watches { bytes_per_s };
         let greeting = greet(target, purpose, target.pass());
-        let (joined, watcher) = connection::join(endpoint, target, &greeting, Watcher::open).await?;
+        let (joined, watcher) =
+            connection::join_asking(endpoint, target, None, &greeting, Watcher::open, waits).await?;
         let fingerprint = joined.fingerprint;
         let way_back = WayBack::new(endpoint.clone(), target, purpose, fingerprint);
         let seen = Mutex::new(Seen { watcher, link: Link::Open });

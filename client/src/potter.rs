@@ -73,11 +73,20 @@ impl Seat {
     /// # Errors
     /// [`JoinError`] with a sentence for the person.
     pub async fn take(endpoint: &quinn::Endpoint, target: &Target, options: PotterOptions) -> Result<Self, JoinError> {
+        Self::take_asking(endpoint, target, options, connection::log_waiting).await
+    }
+
+    async fn take_asking(
+        endpoint: &quinn::Endpoint,
+        target: &Target,
+        options: PotterOptions,
+        waits: impl Fn(),
+    ) -> Result<Self, JoinError> {
         let epoch = tokio::time::Instant::now();
         let purpose = Purpose::Works { retells: true };
         let greeting = greet(target, purpose, target.pass());
         let open = |answer: &[u8], round_trip| Client::open(answer, epoch.elapsed().as_millis() as u64, round_trip);
-        let (joined, session) = connection::join(endpoint, target, &greeting, open).await?;
+        let (joined, session) = connection::join_asking(endpoint, target, None, &greeting, open, waits).await?;
         let view = SharedView::new(&session);
         let (hand, net_side) = boundary(&session.patch());
         let status = Arc::clone(&hand.status);
@@ -113,7 +122,22 @@ impl Potter {
         device: Box<dyn Device>,
         options: PotterOptions,
     ) -> Result<Self, JoinError> {
-        let Seat { view, status, commands, epoch, worker, hand } = Seat::take(endpoint, target, options).await?;
+        Self::join_asking(endpoint, target, device, options, connection::log_waiting).await
+    }
+
+    /// The same, for whom `waits` is told that a teacher is asked to let them in.
+    ///
+    /// # Errors
+    /// [`JoinError`] with a sentence for the person.
+    pub async fn join_asking(
+        endpoint: &quinn::Endpoint,
+        target: &Target,
+        device: Box<dyn Device>,
+        options: PotterOptions,
+        waits: impl Fn(),
+    ) -> Result<Self, JoinError> {
+        let Seat { view, status, commands, epoch, worker, hand } =
+            Seat::take_asking(endpoint, target, options, waits).await?;
         let epoch = epoch.into_std();
         let no_thread =
             |reason: &dyn std::fmt::Display| JoinError::Network { reason: format!("no thread for the hand: {reason}") };

@@ -111,7 +111,8 @@ impl WayBack {
                 is_heard.store(true, Ordering::Relaxed);
                 tell(Link::Waiting);
             };
-            let asked = connection::join_again(&self.endpoint, &self.target, Some(round_trip), &greeting, &open, hears);
+            let asked =
+                connection::join_asking(&self.endpoint, &self.target, Some(round_trip), &greeting, &open, hears);
             let mut asked = pin!(asked);
             let answered = match timeout(patience, &mut asked).await {
                 Err(_) if is_heard.load(Ordering::Relaxed) => Ok(asked.await),

@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pottery_client::device::DeviceChoice;
+use pottery_client::device::{ChoiceError, DeviceChoice};
 use pottery_client::flags::number_from;
 use pottery_client::pot_file::PotFile;
 use pottery_client::stroke::Stroke;
-use pottery_client::{Claim, Core, Found, Link, LoopRate, Target};
+use pottery_client::{Claim, Core, Found, Link, LoopRate, Target, sentence};
 use pottery_server::{Finest, ServerConfig, address};
 use pottery_shared::clay::{Form, Material, MethodKind, PotSpec, Preset, Support, Wetness};
 use pottery_shared::protocol::{JoinCode, TeacherToken};
@@ -72,7 +72,7 @@ Tools: a sphere (--tool-radius, +/-), or a rib, blade, knuckle or loop, whose ed
 tool file is STL or OBJ in millimetres: one closed convex solid of at most 20,480 triangles; x points away from the axis.
 
 Keys in the window: Enter takes the force away at once and gives it back, left button or W/S press and lift the tool,
-wheel sets how deep it presses, right button or left/right turns the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
+wheel sets how deep it presses, Shift + arrows move it without a mouse, right button or left/right turns the view, T next tool, +/- sphere size, Q/E turn the tool, A/D (Shift + wheel) roll it, F/G (Alt + wheel) lean it,
 X upright again, up/down wheel speed, V/B drier and wetter clay, R resets the view, M sound,
 Ctrl+S saves the pot, Ctrl+E exports it, Esc closes what is open, or leaves.";
 
@@ -147,7 +147,7 @@ programs keep the core busy, and priority, a core of its own or fewer programs h
 struct HoldFlags {
     /// What is in the hand: mouse, gamepad, inverse3, openhaptics, falcon, simulated or replay, with parameters after a
     /// colon, as falcon:number=1,scale=1.5 or simulated:specs=falcon,delay=5 [default: mouse; headless: the first potter's stroke]
-    #[arg(long, value_name = "NAME[:KEY=VALUE,...]")]
+    #[arg(long, value_name = "NAME[:KEY=VALUE,...]", value_parser = device)]
     device: Option<DeviceChoice>,
     /// Keep the hand's 1 kHz thread on one core, counted from 0; best one that the system leaves alone (isolcpus on Linux)
     #[arg(long, value_name = "N")]
@@ -429,6 +429,10 @@ pub(crate) enum Place {
     Joined(Target),
 }
 
+fn device(text: &str) -> Result<DeviceChoice, String> {
+    text.parse().map_err(|error: ChoiceError| sentence(&error))
+}
+
 fn wetness(text: &str) -> Result<Wetness, String> {
     let index = text.parse().map_err(|_| "choose a number from 0.0 to 1.0")?;
     Wetness::new(index).map_err(|error| error.to_string())
@@ -577,6 +581,11 @@ impl HostFlags {
         let potters = self.scripted.potters()?;
         let mut strokes = Vec::new();
         let choice = self.tool.choice()?;
+        // in a window one may take the sphere later on
+        ensure!(
+            choice.is_sphere() || !choice.is_sized,
+            "only a sphere has a radius: leave --tool-radius out, or say --tool sphere"
+        );
         for path in &self.scripted.stroke {
             let stroke = Stroke::read(path).with_context(|| format!("the stroke {}", path.display()))?;
             let tools = Shape::NAMED.len() + usize::from(choice.brought.is_some());

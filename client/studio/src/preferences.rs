@@ -108,6 +108,8 @@ pub(crate) enum PreferencesError {
         path: PathBuf,
         /// What the parser said, in a line.
         reason: String,
+        /// What the other lines say.
+        understood: Box<Preferences>,
     },
 }
 
@@ -120,7 +122,7 @@ impl Preferences {
     /// Reads them; the usual ones where there is no file yet.
     ///
     /// # Errors
-    /// [`PreferencesError`] when the file is not understood.
+    /// [`PreferencesError`] when the file is not understood, with what of it is.
     pub(crate) fn read(path: &Path) -> Result<Self, PreferencesError> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
@@ -130,8 +132,19 @@ impl Preferences {
         let read: Self = toml::from_str(&text).map_err(|error| PreferencesError::Syntax {
             path: path.to_path_buf(),
             reason: of_line(&text, error.span().map(|span| span.start), error.message()),
+            understood: Box::new(Self::understood(&text).within_bounds()),
         })?;
         Ok(read.within_bounds())
+    }
+
+    /// What is understood of a file that is not as a whole: whoever needs large letters needs them to read why, too.
+    fn understood(text: &str) -> Self {
+        let mut lines: toml::Table = toml::from_str(text).unwrap_or_default();
+        lines.retain(|name, value| {
+            let alone = toml::Table::from_iter([(name.to_owned(), value.clone())]);
+            alone.try_into::<Self>().is_ok()
+        });
+        lines.try_into().unwrap_or_default()
     }
 
     /// How a device of that name was fitted, if that can be used.
@@ -188,7 +201,13 @@ impl Keeper {
         match read {
             Ok(liking) => Self { file, liking, trouble: None },
             // it may be a slip of the pen: what the person wrote is not lost
-            Err(error) => Self { file: None, liking: Preferences::default(), trouble: Some(Trouble::Unread(error)) },
+            Err(error) => {
+                let liking = match &error {
+                    PreferencesError::Syntax { understood, .. } => (**understood).clone(),
+                    PreferencesError::File { .. } => Preferences::default(),
+                };
+                Self { file: None, liking, trouble: Some(Trouble::Unread(error)) }
+            }
         }
     }
 
@@ -273,13 +292,15 @@ mod tests {
     fn a_misspelt_line_is_named_and_numbers_are_brought_to_what_can_be_had() {
         let folder = folder("misspelt");
         let path = folder.join("preferences.toml");
-        fs::write(&path, "them = \"dark\"\n").unwrap();
+        fs::write(&path, "them = \"dark\"\ntext_percent = 180\n").unwrap();
         let said = Preferences::read(&path).unwrap_err().to_string();
         assert!(said.contains("them") && said.contains("preferences.toml"), "{said}");
         let mut keeper = Keeper::open(Some(path.clone()));
+        let understood = Preferences { text_percent: 180, ..Preferences::default() };
+        assert_eq!(*keeper.liking(), understood, "what is understood of it holds");
         keeper.keep(&Preferences { text_percent: 150, ..Preferences::default() });
         assert!(keeper.trouble(&Words::new(Language::English)).is_some_and(|said| said.contains("them")));
-        assert_eq!(fs::read_to_string(&path).unwrap(), "them = \"dark\"\n", "what the person wrote stays");
+        assert!(fs::read_to_string(&path).unwrap().starts_with("them = \"dark\"\n"), "what the person wrote stays");
         let typed = "text_percent = 9000\nsphere_mm = inf\n[fits.falcon]\nmiddle_mm = [nan, 0.0, 0.0]\nscale = 1.0\n";
         fs::write(&path, typed).unwrap();
         let read = Preferences::read(&path).unwrap();

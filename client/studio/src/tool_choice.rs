@@ -111,6 +111,11 @@ impl ToolFlags {
 }
 
 impl ToolChoice {
+    /// Whether a sphere is in hand.
+    pub(crate) const fn is_sphere(&self) -> bool {
+        self.holding.shape.is_none() && !self.takes_brought
+    }
+
     /// A stroke of this studio's, made with the tool that was asked for instead of its own: as deep in the same clay.
     pub(crate) fn stroke(&self, stroke: Stroke) -> anyhow::Result<Stroke> {
         if !self.is_said {

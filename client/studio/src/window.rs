@@ -6,6 +6,7 @@
 mod app;
 mod closeness;
 mod depth;
+mod door;
 mod files;
 mod fingers;
 mod fitting;
@@ -27,10 +28,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use pottery_client::render::{Gpu, GpuAhead};
-use pottery_client::{Endpoint, PotterReport, Priority, Target};
+use pottery_client::{Endpoint, PotterReport, Target};
 use pottery_server::stop_signal;
+use pottery_shared::snapshot::Detail;
 use tokio::runtime::Runtime;
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
@@ -38,19 +40,19 @@ use winit::event_loop::EventLoop;
 use crate::arguments::{Place, WatchSession, WindowSession};
 use crate::endings;
 use crate::hosting::{self, Studio};
-use crate::known;
 use crate::preferences::{Keeper, Preferences};
 use crate::record;
 use crate::replaying::Session;
 pub(crate) use app::begin_timing;
 use app::{App, Begin};
+use door::Door;
 use files::Files;
 pub(crate) use holding::{Holding, TOOL_MM};
-use looker::{First, Looker};
+use looker::Looker;
 use overlay::Call;
 use panel::Invitation;
 use player::Player;
-use visit::{Here, Means, Seated, Visit};
+use visit::{Asking, Came, Here, Means, Seated, Visit, Way, knock};
 
 /// Time between pictures on a graphics card, and when the processor draws and has a hand to serve as well.
 pub(crate) fn frame(gpu: &Gpu) -> Duration {
@@ -61,6 +63,9 @@ pub(crate) fn frame(gpu: &Gpu) -> Duration {
 pub(crate) fn samples(gpu: &Gpu) -> u32 {
     if gpu.is_software() { 1 } else { 4 }
 }
+
+/// Time in which a studio hears that nobody waits at its door any more.
+const GOODBYE_WITHIN: Duration = Duration::from_secs(1);
 
 /// How a session in a window ended.
 #[derive(Debug)]
@@ -117,36 +122,38 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         Some(network) => runtime.block_on(network.before(target)).map(|(target, proxy)| (target, Some(proxy)))?,
         None => (target, None),
     };
-    let (endpoint, seated) = runtime.block_on(async {
+    let (endpoint, came) = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
         app::time_join();
-        let seated = Seated::at(&endpoint, &target, session, false).await?;
-        anyhow::Ok((endpoint, seated))
+        let (session, target, own, asking) = (session.clone(), target.clone(), endpoint.clone(), Asking::default());
+        let asked = asking.clone();
+        let way = async move { Seated::at(&own, &target, &session, false, &asked).await };
+        anyhow::Ok((endpoint, knock(way, &asking).await?))
     })?;
     if let Some(studio) = &mut studio {
         studio.keep_session();
     }
-    let potter = &seated.potter;
-    if let Place::Joined(target) = &session.place {
-        known::note(target, potter.view().lock().fingerprint);
-    }
-    if let Priority::Refused { .. } = potter.granted().priority {
-        say!("note: the hand's thread has {}", potter.granted());
-    }
-    let last = studio.as_ref().and_then(Studio::last_pot);
-    let (files, keeper) = (Files::new(session.opened.as_deref(), last), Keeper::open(Preferences::file()));
-    let keeping = session.record.as_deref().map(|path| {
-        let view = potter.view().clone();
-        record::Keeping::begin(path, move || view.lock().recording.take())
-    });
-    // who hosts, or records, stays at the wheel
-    let is_visitor = studio.is_none() && session.record.is_none();
-    let means = means(session, (&runtime, endpoint, target), &event_loop);
-    let held = seated.held(session);
-    let begin = Begin { held, invitation, files, keeper, graphics, proxy: event_loop.create_proxy() };
-    let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
-    let (report, stayed) = visit(event_loop, Visit::new(Here::Working(Box::new(app)), means), &runtime);
-    drop((proxy, keeping));
+    let (keeper, window) = (Keeper::open(Preferences::file()), event_loop.create_proxy());
+    let means = means(session, None, (&runtime, endpoint, target), &event_loop);
+    let begun = match came {
+        Came::In(seated) => {
+            let keeping = seated.begin(session);
+            let last = studio.as_ref().and_then(Studio::last_pot);
+            let (held, files) = (seated.held(session), Files::new(session.opened.as_deref(), last));
+            // who hosts, or records, stays at the wheel
+            let is_visitor = studio.is_none() && session.record.is_none();
+            let begin = Begin { held, invitation, files, keeper, graphics, proxy: window };
+            let app = App::new(seated.potter, seated.asked, begin, &session.tool).for_visitor(is_visitor);
+            Visit::new(Here::Working(Box::new(app)), means).keeping(keeping)
+        }
+        Came::ToDoor(way) => {
+            let door = Door::new(&keeper, graphics, window);
+            let way = runtime.spawn(async move { way.await??.whole().await });
+            Visit::new(Here::AtDoor(Box::new(door)), means).on_way(Way::ToWork(way))
+        }
+    };
+    let (report, stayed) = visit(event_loop, begun, &runtime);
+    drop(proxy);
     let recorded = match (&session.record, report) {
         (Some(path), Some(mut report)) => record::write(report.network.recording.take(), path),
         _ => Ok(()),
@@ -168,29 +175,35 @@ pub(crate) fn watch(session: &WatchSession) -> anyhow::Result<Ended> {
         Some(network) => runtime.block_on(network.before(target.clone())).map(|(at, proxy)| (at, Some(proxy)))?,
         None => (target.clone(), None),
     };
-    let (endpoint, onlooker) = runtime.block_on(async {
+    let (endpoint, came) = runtime.block_on(async {
         let endpoint = pottery_client::endpoint()?;
-        let onlooker = visit::look_on(&endpoint, &through).await?;
-        anyhow::Ok((endpoint, onlooker))
+        let (target, own, asking) = (through.clone(), endpoint.clone(), Asking::default());
+        let asked = asking.clone();
+        let way = async move { visit::look_on(&own, &target, &asked).await };
+        anyhow::Ok((endpoint, knock(way, &asking).await?))
     })?;
-    known::note(target, onlooker.fingerprint());
-    let alone = detail.shows_tools().then_some(target.wheel);
-    let wheels = onlooker.look(|watcher, _| watcher.wheels());
-    if let Some(wheel) = alone.filter(|wheel| !(1..=wheels).contains(wheel)) {
-        bail!("there is no wheel {wheel} in this studio; its wheels are numbered from 1, and it has {wheels}");
-    }
-    let means = means(working, (&runtime, endpoint, through), &event_loop);
-    let first = alone.map_or(First::Page, |wheel| First::Only(wheel, *detail));
-    let keeper = Keeper::open(Preferences::file());
+    let (keeper, window) = (Keeper::open(Preferences::file()), event_loop.create_proxy());
     note_trouble(&keeper);
-    let looker = Looker::new(onlooker, first, &keeper, graphics, event_loop.create_proxy()).with_seats();
-    let (_, stayed) = visit(event_loop, Visit::new(Here::Looking(Box::new(looker)), means), &runtime);
+    let means = means(working, Some(*detail), (&runtime, endpoint, through), &event_loop);
+    let begun = match came {
+        Came::In(onlooker) => {
+            let first = means.first_look(&onlooker)?;
+            let looker = Looker::new(onlooker, first, &keeper, graphics, window).with_seats();
+            Visit::new(Here::Looking(Box::new(looker)), means)
+        }
+        Came::ToDoor(way) => {
+            let door = Door::new(&keeper, graphics, window);
+            Visit::new(Here::AtDoor(Box::new(door)), means).on_way(Way::ToLook(way))
+        }
+    };
+    let (_, stayed) = visit(event_loop, begun, &runtime);
     drop(proxy);
     stayed.map(|()| Ended::ByPerson)
 }
 
 fn means(
     session: &WindowSession,
+    detail: Option<Detail>,
     (runtime, endpoint, target): (&Runtime, Endpoint, Target),
     event_loop: &EventLoop<Call>,
 ) -> Means {
@@ -200,6 +213,7 @@ fn means(
         session: session.clone(),
         target,
         proxy: event_loop.create_proxy(),
+        detail,
         interrupted: interruption(runtime),
     }
 }
@@ -224,8 +238,17 @@ fn visit(
     mut visit: Visit,
     runtime: &Runtime,
 ) -> (Option<PotterReport>, anyhow::Result<()>) {
+    let endpoint = visit.endpoint().clone();
     let ran = event_loop.run_app(&mut visit).context("the window failed");
     let (left, failure) = match visit.finish() {
+        Here::AtDoor(door) => {
+            // who has not got in is no longer waited for
+            let gone = async { tokio::time::timeout(GOODBYE_WITHIN, endpoint.wait_idle()).await };
+            if runtime.block_on(gone).is_err() {
+                tracing::debug!("the studio did not hear that nobody waits");
+            }
+            (Ok(None), door.finish())
+        }
         Here::Working(app) => {
             let (potter, failure) = app.finish();
             (runtime.block_on(potter.leave()).map(Some), failure)

@@ -80,6 +80,11 @@ impl Words {
         self.say_with(message, &[])
     }
 
+    /// Keys as they are written on a keyboard of this language.
+    pub(crate) fn keys(&self, keys: &str) -> String {
+        keys.replace("Ctrl", &self.say("press-ctrl"))
+    }
+
     /// A message with its variables put in.
     pub(crate) fn say_with(&self, message: &str, variables: &[(&str, &str)]) -> String {
         let mut arguments = FluentArgs::new();

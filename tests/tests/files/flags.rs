@@ -50,6 +50,12 @@ fn flag_out_of_its_range_is_refused_in_one_sentence_with_the_range() {
         ),
         ("pottery-studio", &["--method", "best"], &["--method", "original, improved, plastic"]),
         ("pottery-studio", &["--swift"], &["--swift"]),
+        (
+            "pottery-studio",
+            &["--device", "replay:file=/nowhere/lead.csv"],
+            &["--device", "/nowhere/lead.csv", "there is no such file or folder"],
+        ),
+        ("pottery-studio", &["--headless", "--tool", "rib", "--tool-radius", "8"], &["--tool-radius", "--tool sphere"]),
         ("pottery-server", &["--smallest-tool-mm", "0.001"], &["--smallest-tool-mm", "from 0.5 to 40"]),
         ("pottery-server", &["--smallest-tool-mm", "-1"], &["--smallest-tool-mm", "from 0.5 to 40"]),
         ("pottery-server", &["--smallest-tool-mm", "0.5"], &["smallest_tool_mm = 0.5", "from 0.6 to 40"]),

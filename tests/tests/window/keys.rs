@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use pottery_client::pot_file::PotFile;
+use pottery_client::stroke::Stroke;
 use pottery_tests::display::{Controls, Display};
 use pottery_tests::programs::folder;
 
@@ -74,5 +75,37 @@ fn a_key_that_is_held_down_replaces_no_file() {
     PotFile::read(&pot).unwrap();
     display.run("xdotool", &["key", "Escape"]);
     ends(&mut studio);
+    fs::remove_dir_all(home).unwrap();
+}
+
+#[test]
+fn clay_is_pressed_with_keys_alone() {
+    let home = folder("window-by-keys");
+    let recording = home.join("stroke.csv");
+    let display = Display::new();
+    let arguments = ["--listen", "127.0.0.1:0", "--mute", "--record", recording.to_str().unwrap()];
+    let (mut studio, controls) = display.studio_with_controls(&arguments);
+    // a pointer over the panel has no say in it; what it clicks on is so already
+    controls.press("outside");
+    let press = |key: &str, times: usize| {
+        let keys: Vec<&str> = std::iter::repeat_n(key, times).collect();
+        display.run("xdotool", &[&["key", "--delay", "60"], &keys[..]].concat());
+    };
+    press("shift+Up", 1);
+    press("w", 12);
+    press("shift+Right", 20);
+    press("s", 12);
+    display.run("xdotool", &["key", "Escape"]);
+    ends(&mut studio);
+    let stroke = Stroke::read(&recording).unwrap();
+    let way: Vec<_> = (0..20_000).filter_map(|tick| stroke.at(f64::from(tick) * 1e-3)).collect();
+    let away_mm = |at: &glam::Vec3| at.truncate().length() * 1e3;
+    let nearest = way.iter().map(away_mm).fold(f32::INFINITY, f32::min);
+    // the usual pot has 60 mm and the usual ball 12; it goes no farther than 40 mm
+    assert!((40.0..70.0).contains(&nearest), "{nearest} mm from the axis at least");
+    let (first, last) = (way.first().unwrap(), way.last().unwrap());
+    assert!(away_mm(first) > 72.0 && away_mm(last) > 72.0, "{first} {last}");
+    let aside_mm = first.truncate().distance(last.truncate()) * 1e3;
+    assert!(aside_mm > 10.0, "{aside_mm} mm");
     fs::remove_dir_all(home).unwrap();
 }

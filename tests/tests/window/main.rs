@@ -3,6 +3,7 @@
 mod crossing;
 mod deflection;
 mod device_fitting;
+mod door;
 mod force;
 mod gallery;
 mod guided;

@@ -27,6 +27,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::keyboard::ModifiersState;
 use winit::window::WindowId;
 
+use self::input::Pointed;
 use self::shown::Shown;
 use self::timing::Timing;
 use super::depth::to_clay_m;
@@ -127,8 +128,8 @@ pub(super) struct App {
     files: Files,
     modifiers: ModifiersState,
     cursor: Vec2,
-    /// Where the pointer or a finger is in the picture, −1 to 1.
-    pointed: Option<Vec2>,
+    /// Where the pointer, a finger or keys point in the picture.
+    pointed: Option<Pointed>,
     turning_view: bool,
     rpm_before_stop: f32,
     last_frame: Instant,

@@ -58,6 +58,7 @@ struct Seat {
     is_offered: bool,
     is_wanted: bool,
     is_coming: bool,
+    is_asking: bool,
     refusal: Option<String>,
 }
 
@@ -108,7 +109,7 @@ pub(super) struct Looker {
     is_framed: bool,
     /// The person wants to see this wheel closely, or all of them again.
     wish: Option<Option<u16>>,
-    /// Whether one may work at a wheel from here, wants to, is on the way there, and why it led nowhere.
+    /// Whether one may work at a wheel from here, wants to, is on the way there, has to wait for a teacher, and why it led nowhere.
     seat: Seat,
     /// By how much the server's ticks are ahead of the own milliseconds, as the quickest word had it, of this connection.
     started: Instant,
@@ -200,15 +201,28 @@ impl Looker {
     /// The wheel at which the person wants to work, said once.
     pub(super) fn take_seat_wish(&mut self) -> Option<u16> {
         let wheel = self.close.filter(|_| std::mem::take(&mut self.seat.is_wanted))?;
-        (self.seat.is_coming, self.seat.refusal) = (true, None);
+        (self.seat.is_coming, self.seat.is_asking, self.seat.refusal) = (true, false, None);
         self.is_dirty = true;
         Some(wheel)
+    }
+
+    /// Says that a teacher is asked.
+    pub(super) fn note_asking(&mut self) {
+        self.is_dirty |= !std::mem::replace(&mut self.seat.is_asking, true);
     }
 
     /// Looks on after all, and says why.
     pub(super) fn say(&mut self, reason: String) {
         (self.seat.is_coming, self.seat.refusal) = (false, Some(reason));
         self.is_dirty = true;
+    }
+
+    /// Takes over a window that showed no wheel yet.
+    pub(super) fn begin_in(&mut self, seen: Option<Seen>) {
+        let Some(Seen { mut stage, overlay, .. }) = seen else { return };
+        stage.window.set_title(TITLE);
+        stage.show_gallery(&self.untouched(self.pictures.detail()), self.places.len());
+        (self.stage, self.overlay) = (Some(stage), Some(overlay));
     }
 
     /// Takes over a window that showed a wheel of which there is a sight already.
@@ -365,8 +379,7 @@ impl Looker {
             Stage::new(window, event_loop.owned_display_handle(), graphics, &pot)
         })?;
         stage.show_gallery(&pot, self.places.len());
-        self.overlay = Some(overlay);
-        self.stage = Some(stage);
+        (self.stage, self.overlay) = (Some(stage), Some(overlay));
         Ok(())
     }
 
@@ -485,6 +498,7 @@ impl Looker {
                 }
             }
             let said = match link {
+                Link::Open if seat.is_coming && seat.is_asking => Some(words.say("waits-at-door")),
                 Link::Open if seat.is_coming => Some(words.say("taking-place")),
                 Link::Open => seat.refusal.clone().or_else(|| is_waiting.then(|| words.say("waiting-for-wheels"))),
                 Link::ComingBack(_) => Some(words.say("looking-again")),

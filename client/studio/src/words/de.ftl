@@ -122,7 +122,9 @@ not-heard = die Werkstatt hört dieses Programm nicht mehr
 silence = gerade kommt nichts von der Werkstatt; was du jetzt drückst, zählt vielleicht nicht
 coming-back = die Verbindung ist abgebrochen; es geht gleich weiter an deinem Platz …
 waiting = die Lehrperson lässt dich gleich wieder herein
-closed = die Werkstatt ist geschlossen; so, wie du ihn siehst, blieb der Topf stehen
+waits-at-door = warte, bis dich die Lehrperson hereinlässt
+door-keys = Esc: gehen
+closed = die Werkstatt ist geschlossen oder der Unterricht zu Ende; so, wie du ihn siehst, blieb der Topf stehen
 force-is-off = die Kraft ist aus: Enter gibt sie zurück
 
 ## Die Hand der Lehrperson
@@ -182,6 +184,7 @@ keys = Tasten
 key-force = sofort keine Kraft; noch einmal: Kraft
 key-press = das Werkzeug eindrücken
 key-push = tiefer drücken, nachlassen
+key-move = das Werkzeug bewegen
 key-view = die Ansicht drehen
 key-zoom = näher, weiter weg
 key-wheel = Scheibe schneller, langsamer, halt
@@ -207,10 +210,12 @@ key-files = den Topf speichern, einen öffnen, ausgeben
 key-panel = Bedienung einklappen, öffnen
 key-help = diese Tasten, verlassen
 press-left = linke Taste, Finger
+press-ctrl = Strg
 press-right = rechte Taste, zwei Finger, ← →
 press-wheel = Mausrad, W S
 press-zoom = Strg + Mausrad, Bild auf, ab
 press-arrows = ↑ ↓, Leertaste
+press-move = Umschalt + ← → ↑ ↓
 press-roll = A D, Umschalt + Rad
 press-lean = F G, Alt + Rad; X
 

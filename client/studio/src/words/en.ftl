@@ -122,7 +122,9 @@ not-heard = the studio does not hear this client any more
 silence = nothing comes from the studio at the moment; what you press may not count
 coming-back = the connection broke; coming back to your seat …
 waiting = waiting for the teacher to let you in again
-closed = the studio has closed; what you see is how the pot was left
+waits-at-door = waiting for the teacher to let you in
+door-keys = Esc: leave
+closed = the studio has closed or the lesson is over; what you see is how the pot was left
 force-is-off = the force is off: Enter gives it back
 
 ## A teacher's hand
@@ -182,6 +184,7 @@ keys = Keys
 key-force = no force at once; again: force
 key-press = press the tool in
 key-push = push deeper, let out
+key-move = move the tool
 key-view = turn the view
 key-zoom = closer, farther
 key-wheel = wheel faster, slower, stop
@@ -207,10 +210,12 @@ key-files = save the pot, open one, export it
 key-panel = fold the panel, open it
 key-help = these keys, leave
 press-left = left button, finger
+press-ctrl = Ctrl
 press-right = right button, two fingers, ← →
 press-wheel = mouse wheel, W S
 press-zoom = Ctrl + wheel, page up, down
 press-arrows = ↑ ↓, space
+press-move = Shift + ← → ↑ ↓
 press-roll = A D, Shift + wheel
 press-lean = F G, Alt + wheel; X
 

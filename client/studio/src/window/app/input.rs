@@ -23,6 +23,8 @@ const PUSH_STEP_M: f32 = 0.001;
 const TURN_STEP_DEG: f32 = 5.0;
 /// What it leans a tool by: over the length of a rib, that is 2 mm.
 const LEAN_STEP_DEG: f32 = 1.0;
+/// How far one key moves the tool across the picture, of half its width or height.
+const POINT_STEP: f32 = 0.01;
 /// How many times closer one key or one step of the mouse wheel brings the view, and how near and far it goes, m.
 const CLOSER: f32 = 1.0 / 0.9;
 const DISTANCE_M: (f32, f32) = (0.25, 2.0);
@@ -46,12 +48,33 @@ fn goes_on(key: &Key) -> bool {
     }
 }
 
+/// Which way an arrow moves the tool.
+fn across(key: &Key) -> Option<Vec2> {
+    let way = match key.as_ref() {
+        Key::Named(NamedKey::ArrowLeft) => -Vec2::X,
+        Key::Named(NamedKey::ArrowRight) => Vec2::X,
+        Key::Named(NamedKey::ArrowUp) => Vec2::Y,
+        Key::Named(NamedKey::ArrowDown) => -Vec2::Y,
+        _ => return None,
+    };
+    Some(way * POINT_STEP)
+}
+
 /// The key in small letters, which Shift and Caps Lock make large.
 fn small(key: &Key) -> Key {
     match key {
         Key::Character(letter) => Key::Character(letter.to_lowercase().into()),
         key => key.clone(),
     }
+}
+
+/// Where the tool is to be in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pointed {
+    /// −1 to 1, to the right and up.
+    at: Vec2,
+    /// Whether keys moved it there, so that a pointer over the panel has no say.
+    is_by_keys: bool,
 }
 
 impl App {
@@ -72,7 +95,24 @@ impl App {
         if event.repeat && (has_control || !goes_on(&key)) {
             return;
         }
-        if has_control { self.shortcut(&key) } else { self.key(event_loop, &key) }
+        match (has_control, self.modifiers.shift_key().then(|| across(&key)).flatten()) {
+            (true, _) => self.shortcut(&key),
+            (false, Some(by)) => self.move_tool(by),
+            (false, None) => self.key(event_loop, &key),
+        }
+    }
+
+    /// Moves the tool across the picture, from its middle where it is nowhere yet.
+    fn move_tool(&mut self, by: Vec2) {
+        let at = self.followed().map_or(Vec2::ZERO, |at| at + by);
+        self.point_at(Pointed { at: at.clamp(-Vec2::ONE, Vec2::ONE), is_by_keys: true });
+    }
+
+    fn point_at(&mut self, pointed: Pointed) {
+        self.pointed = Some(pointed);
+        self.point();
+        // the hand's thread hears of it now, and what it makes of it is in the next picture
+        self.guide(0.0);
     }
 
     fn shortcut(&mut self, key: &Key) {
@@ -182,17 +222,18 @@ impl App {
             self.camera.turn(by);
         }
         let ndc = Vec2::new(2.0 * to.x / size.width.max(1) as f32 - 1.0, 1.0 - 2.0 * to.y / size.height.max(1) as f32);
-        self.pointed = Some(ndc);
-        self.point();
-        // the hand's thread hears of it now, and what it makes of it is in the next picture
-        self.guide(0.0);
+        self.point_at(Pointed { at: ndc, is_by_keys: false });
         self.timing.moved(self.shown.own_m);
     }
 
-    /// Points the hand where the pointer is, unless that is over the panel; whether it pointed elsewhere.
+    /// Points the hand where the pointer is, unless that is over the panel, or where keys moved it; whether it pointed elsewhere.
     pub(super) fn point(&mut self) -> bool {
+        self.hand.point_to(self.followed())
+    }
+
+    fn followed(&self) -> Option<Vec2> {
         let is_panels = self.overlay.as_ref().is_some_and(Overlay::has_pointer);
-        self.hand.point_to(self.pointed.filter(|_| !is_panels))
+        self.pointed.filter(|pointed| pointed.is_by_keys || !is_panels).map(|pointed| pointed.at)
     }
 
     /// One finger is the mouse with its left button down, two turn the view and bring it closer.

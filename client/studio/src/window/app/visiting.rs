@@ -52,7 +52,6 @@ impl App {
         stage.gpu().name().clone_into(&mut self.panel.adapter);
         self.camera = camera;
         (self.stage, self.overlay) = (Some(stage), Some(overlay));
-        self.panel.looks_on = Some(false);
         self.is_dirty = true;
     }
 

@@ -59,11 +59,11 @@ impl History {
                 ui.disable();
             }
             let undo = egui::Button::new(words.say("undo"));
-            if ui.add_enabled(back > 0, undo).on_hover_text("Ctrl + Z").clicked() {
+            if ui.add_enabled(back > 0, undo).on_hover_text(words.keys("Ctrl + Z")).clicked() {
                 self.undo();
             }
             let redo = egui::Button::new(words.say("redo"));
-            if ui.add_enabled(forth > 0, redo).on_hover_text("Ctrl + Y").clicked() {
+            if ui.add_enabled(forth > 0, redo).on_hover_text(words.keys("Ctrl + Y")).clicked() {
                 self.redo();
             }
             ui.menu_button(words.say("new-pot"), |ui| {

@@ -8,10 +8,11 @@ use egui::{Align2, Grid, Label, RichText, ScrollArea, vec2};
 use crate::words::Words;
 
 /// How a key is written, as it is or by the message of that name, and the message of what it does.
-const KEYS: [(&str, &str); 27] = [
+const KEYS: [(&str, &str); 28] = [
     ("Enter", "key-force"),
     ("press-left", "key-press"),
     ("press-wheel", "key-push"),
+    ("press-move", "key-move"),
     ("I", "key-side"),
     ("press-right", "key-view"),
     ("press-zoom", "key-zoom"),
@@ -49,7 +50,7 @@ pub(super) fn show(context: &egui::Context, words: &Words) {
             // two columns, and a bar beside them
             Grid::new("table").max_col_width(0.5 * (room.x - 24.0)).show(ui, |ui| {
                 for (key, effect) in KEYS {
-                    let key = if key.starts_with("press-") { words.say(key) } else { key.to_owned() };
+                    let key = if key.starts_with("press-") { words.say(key) } else { words.keys(key) };
                     ui.add(Label::new(RichText::new(key).monospace()).wrap());
                     ui.add(Label::new(words.say(effect)).wrap());
                     ui.end_row();
