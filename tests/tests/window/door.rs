@@ -2,6 +2,8 @@
 //!
 //! A real server and real windows on a virtual display, and a teacher without one.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::net::SocketAddr;
 use std::process::Child;
 use std::time::{Duration, Instant};

@@ -8,7 +8,7 @@ use egui::{Align2, Grid, Label, RichText, ScrollArea, vec2};
 use crate::words::Words;
 
 /// How a key is written, as it is or by the message of that name, and the message of what it does.
-const KEYS: [(&str, &str); 28] = [
+const KEYS: [(&str, &str); 27] = [
     ("Enter", "key-force"),
     ("press-left", "key-press"),
     ("press-wheel", "key-push"),
@@ -25,8 +25,7 @@ const KEYS: [(&str, &str); 28] = [
     ("V B", "key-clay"),
     ("C", "key-middle"),
     ("M", "key-sound"),
-    ("R, 1", "key-front"),
-    ("2, 3", "key-views"),
+    ("R, 1, 2, 3", "key-views"),
     ("K", "key-cut"),
     ("L", "key-finish"),
     ("J", "key-take-over"),
