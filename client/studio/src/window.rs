@@ -127,7 +127,11 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         app::time_join();
         let (session, target, own, asking) = (session.clone(), target.clone(), endpoint.clone(), Asking::default());
         let asked = asking.clone();
-        let way = async move { Seated::at(&own, &target, &session, false, &asked).await };
+        let way = async move {
+            let seated = Seated::at(&own, &target, &session, false, &asked).await?;
+            // who has waited is shown the wheel's clay and no other
+            if asked.is_told() { seated.whole().await } else { Ok(seated) }
+        };
         anyhow::Ok((endpoint, knock(way, &asking).await?))
     })?;
     if let Some(studio) = &mut studio {
@@ -148,7 +152,6 @@ pub(crate) fn run(session: &WindowSession) -> anyhow::Result<Ended> {
         }
         Came::ToDoor(way) => {
             let door = Door::new(&keeper, graphics, window);
-            let way = runtime.spawn(async move { way.await??.whole().await });
             Visit::new(Here::AtDoor(Box::new(door)), means).on_way(Way::ToWork(way))
         }
     };

@@ -9,12 +9,15 @@ use std::process::Child;
 use std::time::{Duration, Instant};
 
 use pottery_client::device::pointer;
+use pottery_client::stroke::Stroke;
 use pottery_client::{Command, Potter, PotterOptions, Target, endpoint};
 use pottery_server::{Server, ServerConfig};
 use pottery_shared::protocol::{Order, Presence};
 use pottery_tests::display::{Controls, Display};
 
 const PATIENCE: Duration = Duration::from_secs(60);
+/// A line on which nothing is said any more is given up after ten seconds; who says goodbye is not waited for so long.
+const GOODBYE_WITHIN: Duration = Duration::from_secs(8);
 const WAITS: &str = "waiting for the teacher to let you in";
 
 /// The numbers of those who wait at the door.
@@ -35,7 +38,7 @@ fn until_somebody_waits(teacher: &Potter) -> u16 {
 }
 
 fn until_nobody_waits(teacher: &Potter) {
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + GOODBYE_WITHIN;
     while !waiting(teacher).is_empty() {
         assert!(Instant::now() < deadline, "somebody waits still");
         std::thread::sleep(Duration::from_millis(50));
@@ -95,7 +98,10 @@ fn who_waits_at_a_door_has_a_window_that_says_so_and_goes_on_in_it_once_let_in()
     let at_wheel =
         |wheel| teacher.view().lock().class.people().any(|person| person.client == client && person.wheel == wheel);
     assert!(at_wheel(2), "{:?}", teacher.view().lock().class);
+    // a tool in hand, long enough for it to be recorded
+    display.run("xdotool", &["mousemove", "625", "320", "sleep", "1"]);
     assert!(leaves(&display, &mut works));
+    Stroke::read(&recording).unwrap();
 
     let (mut looks, window) = display.studio_with_controls(&[&join[..], &["--watch", "gallery"]].concat());
     let client = until_somebody_waits(&teacher);

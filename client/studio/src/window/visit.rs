@@ -123,6 +123,11 @@ impl Asking {
         self.is_told.store(true, Ordering::Relaxed);
         self.told.notify_one();
     }
+
+    /// Whether that was told.
+    pub(super) fn is_told(&self) -> bool {
+        self.is_told.load(Ordering::Relaxed)
+    }
 }
 
 /// How one came to a door.
@@ -280,7 +285,7 @@ impl Visit {
                 }
             }
             way => {
-                if let (Here::Looking(looker), true) = (&mut self.here, self.asking.is_told.load(Ordering::Relaxed)) {
+                if let (Here::Looking(looker), true) = (&mut self.here, self.asking.is_told()) {
                     looker.note_asking();
                 }
                 self.way = way;
