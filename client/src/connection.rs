@@ -87,6 +87,14 @@ pub enum JoinError {
         /// What it did.
         reason: String,
     },
+    /// It ended while a teacher was asked.
+    #[error(
+        "the studio at {address} has closed, or the line to it broke, before you were let in; ask its host, and join again"
+    )]
+    ClosedBefore {
+        /// Where.
+        address: SocketAddr,
+    },
     /// The studio does not let this client in, or does not make sense.
     #[error(transparent)]
     Session(#[from] ClientError),
@@ -228,6 +236,7 @@ pub(crate) async fn join_asking<S>(
                 GreetError::Stream(_) if is_unheard => JoinError::Lossy { address },
                 GreetError::Stream(reason) => JoinError::NotAStudio { address, reason },
                 GreetError::Silent => JoinError::Lossy { address },
+                GreetError::Ended => JoinError::ClosedBefore { address },
             })
         }
         Err(_) => Err(unreachable),
@@ -259,6 +268,8 @@ enum GreetError {
     Stream(String),
     /// It said nothing for long.
     Silent,
+    /// It ended while a teacher was asked.
+    Ended,
 }
 
 async fn greet<S>(
@@ -276,10 +287,14 @@ async fn greet<S>(
     let mut is_waiting = false;
     loop {
         while let Some(frame) = frames.next_frame().map_err(|error| broken(&error))? {
-            if protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(&frame) == Ok(Notice::Waiting) {
-                is_waiting = true;
-                waits();
-                continue;
+            match protocol::decode::<{ protocol::CONTROL_MAX }, Notice>(&frame) {
+                Ok(Notice::Waiting) => {
+                    is_waiting = true;
+                    waits();
+                    continue;
+                }
+                Ok(Notice::Closing) if is_waiting => return Err(GreetError::Ended),
+                _ => {}
             }
             let session = open(&frame).map_err(GreetError::Session)?;
             let streams = Streams::new(&connection, control_out, control_in, frames);
@@ -288,6 +303,7 @@ async fn greet<S>(
         let patience = if is_waiting { WAITS_FOR } else { ANSWERS_WITHIN };
         match timeout(patience, control_in.read(&mut piece)).await {
             Ok(Ok(Some(length))) => frames.push(&piece[..length]),
+            Ok(Ok(None) | Err(_)) if is_waiting => return Err(GreetError::Ended),
             Ok(Ok(None)) => return Err(GreetError::Stream("it said nothing".into())),
             Ok(Err(error)) => return Err(broken(&error)),
             Err(_) => return Err(GreetError::Silent),

@@ -123,6 +123,13 @@ fn who_waits_at_a_door_has_a_window_that_says_so_and_goes_on_in_it_once_let_in()
     answer(client, false);
     until_said(&window, "the teacher");
     assert!(!leaves(&display, &mut refused), "who was sent away has not worked");
+
+    // nor has who waited at a studio that closed
+    let (mut left, window) = display.studio_with_controls(&join);
+    until_somebody_waits(&teacher);
+    until_said(&window, WAITS);
     drop(runtime.block_on(teacher.leave()).unwrap());
     runtime.block_on(server.stop());
+    until_said(&window, "the studio at");
+    assert!(!leaves(&display, &mut left));
 }
