@@ -608,18 +608,10 @@ impl ApplicationHandler<Call> for Looker {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let mut is_panels = false;
-        if let (Some(stage), Some(overlay)) = (&self.stage, &mut self.overlay) {
-            is_panels = overlay.take(&stage.window, &event);
-        }
+        let is_panels = overlay::take_event(self.stage.as_mut(), self.overlay.as_mut(), &event);
         self.is_dirty |= !matches!(event, WindowEvent::RedrawRequested);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Resized(size) => {
-                if let Some(stage) = &mut self.stage {
-                    stage.resize(size.width, size.height);
-                }
-            }
             WindowEvent::RedrawRequested => {
                 if let Err(error) = self.draw() {
                     self.failure = Some(error);

@@ -56,9 +56,19 @@ pub(super) fn open(
     Ok((stage, Overlay { context, input, scale, enlarged: 1.0, logged }))
 }
 
+/// Takes of an event what is the same for every window: its size, and what the panel makes of it; true when it is the panel's alone.
+pub(super) fn take_event(stage: Option<&mut Stage>, overlay: Option<&mut Overlay>, event: &WindowEvent) -> bool {
+    let (Some(stage), Some(overlay)) = (stage, overlay) else { return false };
+    let is_panels = overlay.take(&stage.window, event);
+    if let WindowEvent::Resized(size) = event {
+        stage.resize(size.width, size.height);
+    }
+    is_panels
+}
+
 impl Overlay {
     /// Tells the panel of an event; true when it is the panel's alone.
-    pub(super) fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+    fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
         if let WindowEvent::ScaleFactorChanged { scale_factor, .. } = event {
             self.scale = *scale_factor;
             self.zoom(window);
