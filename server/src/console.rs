@@ -10,8 +10,9 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
-use pottery_server::{address, order_of};
+use pottery_server::{ORDERS, address, order_of};
 use pottery_shared::protocol::TeacherToken;
+use pottery_shared::units::Tick;
 use serde_json::Value;
 
 /// Time between two looks.
@@ -19,19 +20,19 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// A server that has not answered by then does not.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-const ORDERS: &str = "The server has to be started with --operate. Orders, which need the teacher's token:
-  lock, unlock          let nobody else in, and let people in again
-  new-code              make another code; the one before lets nobody in
-  lobby, no-lobby       let who comes wait for the teacher, or come in at once
-  admit-all             let in everybody who waits
-  end                   end the lesson: students are sent home
-  freeze, thaw WHEEL    let no press count at a wheel, and let them count again
-  open, close WHEEL     let people work at a wheel, or nobody
-WHEEL is a wheel's number, from 1, or all.";
+/// What stands below the flags.
+fn orders() -> String {
+    let mut said =
+        String::from("The server has to be started with --operate. Orders, which need the teacher's token:\n");
+    for (form, effect) in ORDERS {
+        writeln!(said, "  {form:<22}{effect}").expect("a string takes everything");
+    }
+    said + "WHEEL is a wheel's number, from 1, or all; PERSON the number that somebody has here."
+}
 
 /// How the lesson on this machine's server stands, and what a teacher orders there.
 #[derive(Args, Debug)]
-#[command(after_help = ORDERS, allow_negative_numbers = true)]
+#[command(after_help = orders(), allow_negative_numbers = true)]
 pub(crate) struct ConsoleFlags {
     /// The operators' address of the server
     #[arg(long, value_name = "ADDRESS", value_parser = address, env = "POTTERY_OPERATE", default_value = "127.0.0.1:4748")]
@@ -50,7 +51,8 @@ pub(crate) struct ConsoleFlags {
 pub(crate) fn run(flags: &ConsoleFlags) -> anyhow::Result<()> {
     if !flags.order.is_empty() {
         let words = flags.order.join(" ");
-        order_of(&words)?;
+        // how long ago something was is the server's to say
+        order_of(&words, Tick(0))?;
         let token = flags.teacher_token.context("an order needs the teacher's token: give --teacher-token")?;
         return crate::print(&order(flags.operate, &token, &words)?);
     }

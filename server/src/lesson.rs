@@ -1,10 +1,11 @@
-//! How the lesson stands, for who looks at it on the server's own machine, and orders in words.
+//! How the lesson stands, for who looks at it on the server's own machine.
 //!
-//! Owns the page's form and the words; what an order does is the room's.
+//! Owns the page's form.
 //! Invariant: the page holds neither the code nor a token.
 
-use pottery_shared::protocol::{Order, PersonWire, Presence, WheelInfo};
+use pottery_shared::protocol::{PersonWire, Presence, WheelInfo};
 use pottery_shared::room::Room;
+use pottery_shared::units::Tick;
 use serde_json::json;
 
 use crate::Figures;
@@ -47,6 +48,11 @@ impl Lesson {
         }
     }
 
+    /// When it stood so.
+    pub(crate) const fn now(&self) -> Tick {
+        Tick(self.ticks)
+    }
+
     /// As one JSON object, with how long the room's work took so far: `[µs, wake-ups that took so long]`.
     pub(crate) fn to_json(&self, figures: &Figures) -> String {
         let people = self.people.iter().map(|person| {
@@ -73,65 +79,5 @@ impl Lesson {
             "wake_us": wake_us.collect::<Vec<_>>(),
         });
         format!("{page}\n")
-    }
-}
-
-/// Why words are no order.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OrderError {
-    /// A word that is none.
-    #[error(
-        "'{word}' is not understood: say lock, unlock, new-code, lobby, no-lobby, admit-all, end, or freeze, thaw, open or close and a wheel's number or all"
-    )]
-    Unknown {
-        /// The word.
-        word: String,
-    },
-    /// A wheel's number is missing or none.
-    #[error("that order is about a wheel: say its number, from 1, or all")]
-    Wheel,
-}
-
-/// The order that words mean.
-///
-/// ```
-/// use pottery_server::order_of;
-/// use pottery_shared::protocol::Order;
-/// assert_eq!(order_of("freeze 2"), Ok(Order::Freeze { wheel: 2, is_frozen: true }));
-/// assert_eq!(order_of("lock"), Ok(Order::Lock { is_locked: true }));
-/// assert!(order_of("freeze").is_err() && order_of("dance").is_err());
-/// ```
-///
-/// # Errors
-/// [`OrderError`] saying what can be said.
-pub fn order_of(words: &str) -> Result<Order, OrderError> {
-    let mut words = words.split_whitespace();
-    let (verb, which) = (words.next().unwrap_or_default(), words.next());
-    let unknown = |word: &str| OrderError::Unknown { word: word.to_owned() };
-    if let Some(word) = words.next() {
-        return Err(unknown(word));
-    }
-    let wheel = || match which {
-        Some("all") => Ok(0),
-        Some(number) => number.parse().ok().filter(|wheel| *wheel > 0).ok_or(OrderError::Wheel),
-        None => Err(OrderError::Wheel),
-    };
-    let order = match verb {
-        "freeze" => Order::Freeze { wheel: wheel()?, is_frozen: true },
-        "thaw" => Order::Freeze { wheel: wheel()?, is_frozen: false },
-        "open" => Order::Open { wheel: wheel()?, is_open: true },
-        "close" => Order::Open { wheel: wheel()?, is_open: false },
-        "lock" => Order::Lock { is_locked: true },
-        "unlock" => Order::Lock { is_locked: false },
-        "new-code" => Order::NewCode,
-        "lobby" => Order::Lobby { is_on: true },
-        "no-lobby" => Order::Lobby { is_on: false },
-        "admit-all" => Order::Admit { client: 0, is_admitted: true },
-        "end" => Order::End,
-        _ => return Err(unknown(verb)),
-    };
-    match which {
-        Some(word) if !matches!(order, Order::Freeze { .. } | Order::Open { .. }) => Err(unknown(word)),
-        _ => Ok(order),
     }
 }

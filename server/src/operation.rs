@@ -18,13 +18,16 @@ use tokio::net::TcpListener;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::event::Event;
-use crate::lesson::{Lesson, order_of};
+use crate::lesson::Lesson;
+use crate::orders::order_of;
 use crate::{Figures, ServerError};
 
 /// The room answers within this, or it does not take people in.
 const READY_WITHIN: Duration = Duration::from_millis(500);
 /// Who has asked nothing by then is let go.
 const ASKS_WITHIN: Duration = Duration::from_secs(5);
+/// What is said where it does not.
+const SILENT_ROOM: &str = "the room does not answer\n";
 /// Longest order, bytes.
 const ORDER_MAX: usize = 256;
 /// Upper ends of the classes of a tick's time, µs; a snapshot's period is 16,667.
@@ -69,15 +72,15 @@ async fn answer(
             "/livez" => (StatusCode::OK, "lives\n".to_owned()),
             "/readyz" => match figures(&events).await {
                 Some(_) => (StatusCode::OK, "the room answers\n".to_owned()),
-                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+                None => (StatusCode::SERVICE_UNAVAILABLE, SILENT_ROOM.to_owned()),
             },
             "/metrics" => match figures(&events).await {
                 Some(figures) => (StatusCode::OK, page(&figures)),
-                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+                None => (StatusCode::SERVICE_UNAVAILABLE, SILENT_ROOM.to_owned()),
             },
             "/lesson" => match lesson(&events).await {
                 Some((lesson, figures)) => (StatusCode::OK, lesson.to_json(&figures)),
-                None => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+                None => (StatusCode::SERVICE_UNAVAILABLE, SILENT_ROOM.to_owned()),
             },
             _ => (StatusCode::NOT_FOUND, "ask for /livez, /readyz, /metrics or /lesson\n".to_owned()),
         }
@@ -113,7 +116,10 @@ async fn order(
         return (StatusCode::BAD_REQUEST, "that is no order\n".to_owned());
     };
     let body = body.to_bytes();
-    let order = match order_of(&String::from_utf8_lossy(&body)) {
+    let Some((lesson, _)) = lesson(events).await else {
+        return (StatusCode::SERVICE_UNAVAILABLE, SILENT_ROOM.to_owned());
+    };
+    let order = match order_of(&String::from_utf8_lossy(&body), lesson.now()) {
         Ok(order) => order,
         Err(error) => return (StatusCode::BAD_REQUEST, format!("{error}\n")),
     };
@@ -132,8 +138,12 @@ async fn order(
             tokio::time::sleep(READY_WITHIN).await;
             (StatusCode::FORBIDDEN, "that is not the teacher's token\n".to_owned())
         }
+        Ok(Some(Err(NoOrder::TooLongAgo { oldest }))) => {
+            let seconds = lesson.now().0.saturating_sub(oldest) / 1000;
+            (StatusCode::CONFLICT, format!("the wheel remembers {seconds} s and no more\n"))
+        }
         Ok(Some(Err(reason))) => (StatusCode::CONFLICT, format!("{reason}\n")),
-        Ok(None) | Err(_) => (StatusCode::SERVICE_UNAVAILABLE, "the room does not answer\n".to_owned()),
+        Ok(None) | Err(_) => (StatusCode::SERVICE_UNAVAILABLE, SILENT_ROOM.to_owned()),
     }
 }
 

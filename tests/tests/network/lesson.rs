@@ -458,6 +458,8 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
         (&["freeze", "2"], Some(foreign.as_str()), "not the teacher's token"),
         (&["freeze"], Some(token.as_str()), "wheel"),
         (&["freeze", "9"], Some(token.as_str()), "no wheel 9"),
+        (&["seat", "999", "1"], Some(token.as_str()), "nobody here has the number 999"),
+        (&["take-back", "1"], Some(token.as_str()), "nothing of yours to take back"),
         (&["dance"], Some(token.as_str()), "'dance' is not understood: say lock"),
     ] {
         let said = console(&server, words, token);
@@ -468,6 +470,29 @@ async fn the_console_shows_the_lesson_and_orders_with_the_token_alone() {
     assert!(said.status.success(), "{}", text(&said));
     until(&student, "is told that the wheel is frozen", |view| !view.class.may_press()).await;
     assert!(text(&console(&server, &["--once"], None)).contains("frozen"));
+    // pots, the speed and seats as from a teacher's panel
+    let orders = async |words: &[&str]| {
+        let said = console(&server, words, Some(&token));
+        assert!(said.status.success(), "{words:?}: {}", text(&said));
+        // a wheel's clay is put there by its next tick
+        tokio::time::sleep(Duration::from_millis(300)).await;
+        server.standing().await.unwrap().digests
+    };
+    let begun = orders(&["thaw", "1"]).await;
+    let bowl = orders(&["pot", "1", "bowl"]).await;
+    assert!(bowl[0] != begun[0] && bowl[1..] == begun[1..]);
+    let copied = orders(&["copy", "all", "1"]).await;
+    assert_eq!(copied, [bowl[0]; 3]);
+    assert_eq!(orders(&["take-back", "3"]).await, [bowl[0], bowl[0], begun[2]]);
+    assert_eq!(orders(&["pot", "2", "first"]).await, [bowl[0], begun[2], begun[2]], "as nobody has pressed it");
+    orders(&["speed", "3", "-90"]).await;
+    let number = student.view().lock().class.place().unwrap().client.to_string();
+    orders(&["seat", &number, "3"]).await;
+    let turns = |view: &View| view.conditions.wheel.speed(pottery_shared::units::Tick(u64::MAX)).0.round() == -90.0;
+    until(&student, "comes to the third wheel, which turns as was said", |view| {
+        view.class.place().is_some_and(|place| place.wheel == 3) && turns(view)
+    })
+    .await;
     let said = text(&console(&server, &["new-code"], Some(&token)));
     assert!(said.starts_with("done") && !said.contains(code), "{said}");
     let new: JoinCode = said.trim_end().rsplit(' ').next().unwrap().parse().unwrap();

@@ -494,7 +494,7 @@ fn a_flag_that_cannot_be_meant_is_refused_with_what_can() {
         (&["--people", "99999999999"], "from 1 to 4096"),
         (&["--smallest-tool-mm", "41"], "from 0.5 to 40 ("),
         (&["--listen", "192.0.2.1:5000"], "an address of this machine"),
-        (&["console", "freeze", "-1"], "say its number"),
+        (&["console", "freeze", "-1"], "say 'freeze WHEEL'"),
     ] {
         let output = server(arguments, &[]);
         let sentence = String::from_utf8_lossy(&output.stderr).into_owned();
