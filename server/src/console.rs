@@ -27,7 +27,8 @@ fn orders() -> String {
     for (form, effect) in ORDERS {
         writeln!(said, "  {form:<22}{effect}").expect("a string takes everything");
     }
-    said + "WHEEL is a wheel's number, from 1, or all; PERSON the number that somebody has here."
+    said + "WHEEL and FROM are a wheel's number, from 1, PERSON is the number that somebody has here.\n\
+        WHEEL, and PERSON where it waits, may be all, but not where somebody is seated."
 }
 
 /// How the lesson on this machine's server stands, and what a teacher orders there.
