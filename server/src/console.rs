@@ -28,7 +28,7 @@ fn orders() -> String {
         writeln!(said, "  {form:<22}{effect}").expect("a string takes everything");
     }
     said + "WHEEL and FROM are a wheel's number, from 1, PERSON is the number that somebody has here.\n\
-        WHEEL, and PERSON where it waits, may be all, but not where somebody is seated."
+        For admit and refuse PERSON may be all, and WHEEL where nobody is seated by it."
 }
 
 /// How the lesson on this machine's server stands, and what a teacher orders there.
