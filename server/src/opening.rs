@@ -4,7 +4,7 @@
 //! Invariant: pots that were kept are gone on with or put aside, and never written over unseen.
 
 use pottery_files::pot_file::PotFile;
-use pottery_shared::clay::{Form, MethodKind, PotSpec, Support};
+use pottery_shared::clay::{Form, MethodKind, PotSpec, Support, Wheel};
 use pottery_shared::protocol::JoinCode;
 use pottery_shared::room::{Room, RoomConfig};
 use pottery_shared::snapshot::PotRecord;
@@ -53,11 +53,12 @@ pub(crate) fn open(
     let path = folder.path().to_path_buf();
     let (mut store, kept) = Store::open(folder, wheels, config.is_fresh)?;
     let method = kept.iter().flatten().map(PotFile::method).find(|method| *method != config.method);
-    let mut records: Vec<_> = kept.into_iter().map(|kept| kept.map(|kept| (kept.pot().clone(), kept.clay()))).collect();
-    if let Some((first, _)) = records.iter().flatten().next() {
+    let kept = kept.into_iter().map(|kept| kept.map(|kept| (kept.pot().clone(), kept.clay(), kept.wheel_speed())));
+    let mut records: Vec<_> = kept.collect();
+    if let Some((first, ..)) = records.iter().flatten().next() {
         let spec = *first.spec();
         if let Some(wheel) =
-            records.iter().position(|record| record.as_ref().is_some_and(|(other, _)| *other.spec() != spec))
+            records.iter().position(|record| record.as_ref().is_some_and(|(other, ..)| *other.spec() != spec))
         {
             return Err(StoreError::Unlike { wheel: wheel + 1 }.into());
         }
@@ -72,7 +73,18 @@ pub(crate) fn open(
             let (kept, now) = (method.name(), config.method.name());
             tracing::warn!("pots that were pressed with the {kept} method are gone on with by the {now} one");
         }
-        let others = records.iter().flatten().filter(|(_, clay)| *clay != config.clay).count();
+        let others = records.iter().flatten().filter(|(_, clay, _)| *clay != config.clay).count();
+        let speeds = records
+            .iter()
+            .flatten()
+            .filter(|(.., speed)| Wheel::rate_of(*speed) != Wheel::rate_of(config.wheel_speed))
+            .count();
+        if speeds > 0 {
+            tracing::info!(
+                wheels = speeds,
+                "wheels with pots that were kept turn as they turned then, which is another speed than the settings' for new pots"
+            );
+        }
         if others > 0 {
             tracing::info!(
                 pots = others,
@@ -85,7 +97,10 @@ pub(crate) fn open(
     tell_stiff(&room.pot, room.method);
     // wheels that have no pot of their own begin with what was asked for, where it is of the same make
     for empty in records.iter_mut().filter(|kept| kept.is_none()) {
-        *empty = record.clone().filter(|record| *record.spec() == room.pot).map(|record| (record, config.clay));
+        *empty = record
+            .clone()
+            .filter(|record| *record.spec() == room.pot)
+            .map(|record| (record, config.clay, config.wheel_speed));
     }
     let room = Room::going_on_with(room, &records).map_err(ConfigError::from)?;
     store.know(|wheel| mark(&room, wheel));

@@ -184,34 +184,35 @@ impl Room {
     /// # Errors
     /// [`PotError`] when its pot cannot be made.
     pub fn starting_from(config: RoomConfig, record: &PotRecord) -> Result<Self, PotError> {
-        let clay = config.clay;
-        Self::open(RoomConfig { pot: *record.spec(), ..config }, |_| Some((record, clay)))
+        let (clay, speed) = (config.clay, config.wheel_speed);
+        Self::open(RoomConfig { pot: *record.spec(), ..config }, |_| Some((record, clay, speed)))
     }
 
-    /// Opens a room with a record's pot on each wheel that has one, counted from 0, and what it is made of; all are made from
-    /// [`RoomConfig::pot`].
+    /// Opens a room with a record's pot on each wheel that has one, counted from 0, what it is made of, and how fast its wheel turns;
+    /// all are made from [`RoomConfig::pot`].
     ///
     /// # Errors
     /// [`PotError`] when that pot cannot be made.
     ///
     /// # Panics
     /// When a record is of another pot.
-    pub fn going_on_with(config: RoomConfig, records: &[Option<(PotRecord, Material)>]) -> Result<Self, PotError> {
-        assert!(records.iter().flatten().all(|(record, _)| *record.spec() == config.pot), "a record of another pot");
-        Self::open(config, |wheel| records.get(wheel)?.as_ref().map(|(record, clay)| (record, *clay)))
+    pub fn going_on_with(config: RoomConfig, records: &[Option<(PotRecord, Material, Rpm)>]) -> Result<Self, PotError> {
+        assert!(records.iter().flatten().all(|(record, ..)| *record.spec() == config.pot), "a record of another pot");
+        Self::open(config, |wheel| records.get(wheel)?.as_ref().map(|(record, clay, speed)| (record, *clay, *speed)))
     }
 
     fn open<'a>(
         config: RoomConfig,
-        record: impl Fn(usize) -> Option<(&'a PotRecord, Material)>,
+        record: impl Fn(usize) -> Option<(&'a PotRecord, Material, Rpm)>,
     ) -> Result<Self, PotError> {
         let mut benches = Vec::new();
         for wheel in 0..usize::from(config.wheels) {
             let spec = PotSpec { keeps_volume: config.method.keeps_volume(), ..config.pot };
             let pot = Pot::new(spec)?;
             let clock = SnapshotClock::of_wheel(wheel);
-            let (record, clay) = record(wheel).map_or((None, config.clay), |(record, clay)| (Some(record), clay));
-            benches.push(Bench::new(pot, record, config.method, config.wheel_speed, clay, clock));
+            let (record, clay, speed) = record(wheel)
+                .map_or((None, config.clay, config.wheel_speed), |(record, clay, speed)| (Some(record), clay, speed));
+            benches.push(Bench::new(pot, record, config.method, speed, clay, clock));
         }
         Ok(Self {
             doors: Doors::new(config.code.clone()),

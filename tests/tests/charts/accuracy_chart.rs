@@ -393,6 +393,9 @@ fn a_wall_that_lies_beyond_a_tool_is_warned_of() {
     let said = |depth| pressed("beyond.csv", &flags.split(' ').chain([depth]).collect::<Vec<_>>()).1;
     assert!(said("20").contains("mm beyond the tool"), "{}", said("20"));
     assert_eq!(said("4"), "");
+    // the rim of a tall one goes farther than the tool, as that of a mast
+    let tall = "--method ours --support hollow --grid 360x400 --height-mm 600 --depth-mm 2";
+    assert_eq!(pressed("leaning.csv", &tall.split(' ').collect::<Vec<_>>()).1, "");
 }
 
 #[test]

@@ -18,7 +18,7 @@ use pottery_client::{JoinError, Onlooker, Potter, PotterOptions, Target, client_
 use pottery_files::pot_file::PotFile;
 use pottery_server::{Arrivals, Input, Server, ServerConfig, ServerError, StoreError};
 use pottery_shared::clay::{Conditions, Material, Pot, PotSpec, Preset};
-use pottery_shared::units::Tick;
+use pottery_shared::units::{Rpm, Tick};
 use pottery_tests::programs::{folder, program};
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -85,24 +85,26 @@ async fn pots_outlast_the_server_and_are_gone_on_with_or_put_aside() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_kept_pot_is_gone_on_with_in_the_clay_that_it_was_left_in() {
+async fn a_kept_pot_is_gone_on_with_in_the_clay_and_at_the_speed_that_it_was_left_in() {
     let data = folder("clay");
     let [throwing, soft, stiff] =
         [Preset::Throwing, Preset::Soft, Preset::Stiff].map(|preset| Material::from_wetness(preset.wetness()));
     let kept = ServerConfig { wheels: 2, data: Some(data.clone()), clay: throwing, ..config() };
     let server = Server::start(kept.clone()).unwrap();
-    // makes the clay of the second wheel another, presses nothing, and leaves
+    // makes clay and speed of the second wheel others, presses nothing, and leaves
     let own = endpoint().unwrap();
     let still = || Box::new(ScriptedDevice::new(Arc::new(Stroke::parse("t_s,x_mm,y_mm,z_mm\n0,90,0,100\n").unwrap())));
     let potter = Potter::join(&own, &target(&server, 2), still(), PotterOptions::default()).await.unwrap();
     assert!(potter.command(pottery_client::Command::Clay(soft)));
+    assert!(potter.command(pottery_client::Command::WheelSpeed(Rpm(-150.0))));
     let seen = |potter: &Potter| {
         let (own, view) = (potter.tick(), potter.view().lock());
-        view.conditions.material.at(Tick(own.0.saturating_add_signed(view.tick_offset)))
+        let tick = Tick(own.0.saturating_add_signed(view.tick_offset));
+        (view.conditions.material.at(tick), view.conditions.wheel.speed(tick).0.round())
     };
     let began = Instant::now();
-    while seen(&potter) != soft {
-        assert!(began.elapsed() < PATIENCE, "the clay does not become another");
+    while seen(&potter) != (soft, -150.0) {
+        assert!(began.elapsed() < PATIENCE, "clay and speed do not become others");
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
     potter.leave().await.unwrap();
@@ -112,9 +114,9 @@ async fn a_kept_pot_is_gone_on_with_in_the_clay_that_it_was_left_in() {
 
     // the settings are for new pots
     let server = Server::start(ServerConfig { clay: stiff, ..kept }).unwrap();
-    for (wheel, clay) in [(1, stiff), (2, soft)] {
+    for (wheel, clay, rpm) in [(1, stiff, 60.0), (2, soft, -150.0)] {
         let potter = Potter::join(&own, &target(&server, wheel), still(), PotterOptions::default()).await.unwrap();
-        assert_eq!(seen(&potter), clay, "at wheel {wheel}");
+        assert_eq!(seen(&potter), (clay, rpm), "at wheel {wheel}");
         potter.leave().await.unwrap();
     }
     server.stop().await;
@@ -606,15 +608,11 @@ fn what_is_deployed_uses_flags_and_variables_that_exist() {
         assert!(image.contains(&format!("\nCOPY {folder} {folder}\n")), "the image does not take {folder} in");
     }
     // the toolchain of the image is the project's
-    let toolchain: toml::Table =
-        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rust-toolchain.toml"))
-            .unwrap()
-            .parse()
-            .unwrap();
+    let toolchain: toml::Table = fs::read_to_string(root.join("rust-toolchain.toml")).unwrap().parse().unwrap();
     let channel = toolchain["toolchain"]["channel"].as_str().unwrap();
     assert!(image.contains(&format!("rust:{channel}-alpine")), "the image is built with Rust {channel}");
     // what the system says of the unit, where it can be asked
-    let unit = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/pottery-server.service");
+    let unit = root.join("deploy/pottery-server.service");
     if let Ok(checked) = Command::new("systemd-analyze").arg("verify").arg(unit).output() {
         let trouble = String::from_utf8_lossy(&checked.stderr).into_owned();
         // a program that is not installed here is no fault of the unit's

@@ -215,9 +215,19 @@ fn coarse(dent: &Dent) -> Option<String> {
 }
 
 /// How far clay lies beyond a tool that still presses it, mm, where that is worth a word: in a hollow wall that folds more steeply than the tool is round.
+/// Looked at within half the tool's radius, since a tall pot leans, and its rim goes farther than the tool.
 fn beyond_mm(dent: &Dent, dented: &Dented) -> Option<f32> {
     let is_felt = dent.method == MethodKind::Plastic && !dent.release && dent.round.is_none();
-    let farthest_mm = dented.radial_mm.iter().fold(0.0_f32, |most, moved_mm| most.max(-moved_mm));
+    let (near, rows) = (0.5 * dent.tool.0, dented.shape.rows() as usize);
+    let near_columns = (near / (dent.pot.radius.0 * dented.shape.column_angle_rad())) as usize;
+    let near_rows = (1e3 * near / dented.row_height_mm) as usize;
+    let farthest_mm = dented
+        .radial_mm
+        .chunks(rows)
+        .enumerate()
+        .filter(|(column, _)| (*column).min(dented.shape.columns() as usize - column) <= near_columns)
+        .flat_map(|(_, column)| &column[(rows / 2).saturating_sub(near_rows)..(rows / 2 + near_rows + 1).min(rows)])
+        .fold(0.0_f32, |most, moved_mm| most.max(-moved_mm));
     let beyond_mm = farthest_mm - dent.depth.as_mm();
     (is_felt && beyond_mm > BEYOND_MM.max(BEYOND * dent.depth.as_mm())).then_some(beyond_mm)
 }
